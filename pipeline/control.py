@@ -7,7 +7,7 @@ import numpy as np
 from tqdm import tqdm
 
 from pipeline.experiments import Experiment
-from pipeline.experiments.load import read_fit_of
+from pipeline.experiments.model import with_learned_means
 from pipeline.loops.disturbed import disturbed_loops, prices
 from pipeline.loops.online import relearn
 from pipeline.loops.trajectory import (
@@ -19,9 +19,10 @@ from pipeline.loops.trajectory import (
     loop_metrics,
     write_loops,
 )
-from pipeline.methods import JOINT, ROBUST, UNCONSTRAINED
-from pipeline.storage.archive import Fitted
+from pipeline.methods import HYPERPARAMETERS, JOINT, ROBUST, UNCONSTRAINED, Fit
+from pipeline.storage.archive import Fitted, Sampled, read_fit
 from pipeline.storage.results import Results
+from pipeline.verify import errors_of
 from trackably.certificates.claim import times_of
 from trackably.control.controller import Controller
 from trackably.control.references import TrackedReference
@@ -57,6 +58,26 @@ def interpolated(samples: tuple[Samples, ...], plant: ConstrainedSystem) -> Refe
 
 
 INTERPOLATED = "interpolated"
+_COLUMNS = ("uppers", "objectives", "misfits", "errors")
+
+
+def tightness(experiment: Experiment, sampled: Sampled) -> dict[str, dict[str, list[float]]]:
+    """Return by method, for each of other upper bounds of the state, J and two errors of its proved reference.
+
+    These are the root mean square distances to the samples and to the true signal. Bounds for which no reference is
+    proved are left out.
+    """
+    tried = [(method, upper) for method in (HYPERPARAMETERS, JOINT) for upper in experiment.tightness]
+    found: dict[str, dict[str, list[float]]] = {of.name: {name: [] for name in _COLUMNS} for of, _ in tried}
+    for method, upper in tqdm(tried, desc=f"{experiment.name}: tightness", disable=None if tried else True):
+        task = experiment.with_upper_bound(upper).task(sampled.samples)
+        fit = method.learn(task)
+        if isinstance(fit, Fit):
+            errors = errors_of(experiment, sampled, Reference(fit.solution.signals, task.plant))
+            row = (upper, fit.solution.objective, errors["misfit"], errors["rmse"])
+            for column, value in zip(found[method.name].values(), row, strict=True):
+                column.append(value)
+    return found
 
 
 def control(experiment: Experiment, results: Results) -> None:
@@ -65,7 +86,8 @@ def control(experiment: Experiment, results: Results) -> None:
     The loops run at steps for which the certified reference is proved. Raises InputError if no controller exists, or
     if a window is too short for one.
     """
-    fitted, wanted, plant = read_fit_of(experiment, results), experiment.control, experiment.plant
+    fitted, wanted, plant = read_fit(results), experiment.control, experiment.plant
+    experiment = with_learned_means(experiment, fitted.sampled.samples)
     try:
         controller = Controller(plant, wanted.horizon)
     except ValueError as error:
@@ -97,6 +119,8 @@ def control(experiment: Experiment, results: Results) -> None:
             "offers": [asdict(update) for update in online.updates],
         }
         courses |= {"/online": Course.of(online.loop, plant), "/offers": online.offers}
+    if experiment.tightness:
+        metrics["tightness"] = tightness(experiment, fitted.sampled)
     if experiment.disturbance:
         followed = {name: fitted.learned[name].reference for name in (JOINT.name, ROBUST.name)}
         disturbed, metrics["disturbed"] = disturbed_loops(experiment, followed)

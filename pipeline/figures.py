@@ -11,9 +11,8 @@ from tqdm import tqdm
 
 from pipeline.drawings import algorithm1, loops, predictions, references, style
 from pipeline.experiments import Experiment
-from pipeline.experiments.load import read_fit_of
 from pipeline.layout import layout_of
-from pipeline.loops.trajectory import LOGGED, ON, Courses, by_reference, read_loops
+from pipeline.loops.trajectory import LOGGED, Courses, by_reference, read_loops
 from pipeline.methods import (
     AS_PUBLISHED,
     EXACT,
@@ -28,9 +27,10 @@ from pipeline.methods import (
 )
 from pipeline.published.periodic import interval_growth_rates
 from pipeline.published.scalar import interval_sets
-from pipeline.storage.archive import Fitted, read_margins, topics_of
+from pipeline.storage.archive import Fitted, read_fit, topics_of
 from pipeline.storage.logs import below
 from pipeline.storage.results import Results, read_numbers
+from pipeline.verify import margins_of
 from trackably.arrays import Array
 from trackably.checker.form import read_certificate
 from trackably.control.error_set import ErrorSet
@@ -62,9 +62,9 @@ def figures(experiment: Experiment, results: Results) -> None:
 def drawings(experiment: Experiment, results: Results) -> Drawings:
     """Return functions that draw the figures, by their names; the stage draws all of them.
 
-    Raises as `read_fit_of` and `read_loops`.
+    Raises as `read_fit` and `read_loops`.
     """
-    of = _Figures(experiment, results, read_fit_of(experiment, results), read_loops(results, experiment.plant))
+    of = _Figures(experiment, results, read_fit(results), read_loops(results, experiment.plant))
     return {**of.references(), **of.algorithm1(), **of.periodic(), **of.loops(), **of.disturbed()}
 
 
@@ -88,6 +88,11 @@ class _Figures:
         """The references in `shown` whose curves differ visibly from the other ones (`Method.has_own_curve`)."""
         return {name: reference for name, reference in self.shown.items() if METHODS[name].has_own_curve}
 
+    @cached_property
+    def counted(self) -> Any:
+        """The metrics of the stage `control`."""
+        return read_json(self.results.control)
+
     @property
     def last_step(self) -> int:
         return self.experiment.verified(self.fitted.sampled.samples).last_step
@@ -105,18 +110,18 @@ class _Figures:
             found["true-signal"] = self._true_signal
         if self.experiment.plane is not None:
             found["path"] = self._path
-        if self.fitted.tightness:
+        if self.experiment.tightness:
             found["tightness"] = self._tightness
         return found
 
     def _margins(self) -> Figure:
-        by_method = read_margins(self.results, self.fitted.learned)
+        by_method = margins_of(self.experiment, self.fitted)
         return references.margins({name: by_method[name] for name in self.shown}, self.experiment.units)
 
     def _tightness(self) -> Figure:
         baseline = self.fitted.learned[UNCONSTRAINED.name]
         (part,) = baseline.prior.parts
-        return references.tightness(self.fitted.tightness, baseline.method, baseline.nlml, float(part.noise_std))
+        return references.tightness(self.counted["tightness"], baseline.method, baseline.nlml, float(part.noise_std))
 
     def _true_signal(self) -> Figure:
         """Draw the proved distance from true signals, of the robust reference if there is one."""
@@ -139,7 +144,7 @@ class _Figures:
 
     def _tracking(self) -> Figure:
         times = np.linspace(0, self.last_step * self.experiment.plant.sampling_time, _POINTS)
-        held_out, truths = self.fitted.sampled.held_out_by_name, self.experiment.truths
+        held_out, truths = self.fitted.sampled.held_out, self.experiment.truths
         observed = {
             name: references.Shown(
                 samples, held_out=held_out.get(name), truth=truths[name](times) if name in truths else None
@@ -233,17 +238,12 @@ class _Figures:
         return panels
 
     def loops(self) -> Drawings:
-        """Return the figures of closed loops, of steps without a plan, and of references learned again."""
+        """Return the figures of closed loops, and of references learned again."""
         experiment, closed = self.experiment, self.closed
         plant, wanted, units = experiment.plant, experiment.control, experiment.units
         courses, steps = by_reference(closed), experiment.loop_steps
         shown = steps.start + min(wanted.shown, LOGGED, len(steps))
-        found: Drawings = {
-            "closed-loop": lambda: loops.closed_loop(courses, plant, shown, units),
-        }
-        lost = courses[UNCONSTRAINED.name][ON]
-        if lost.infeasible.size:
-            found["infeasibility"] = lambda: loops.infeasibility(lost, plant, wanted.horizon, units)
+        found: Drawings = {"closed-loop": lambda: loops.closed_loop(courses, plant, shown, units)}
         if "/online" in closed:
             found["relearning"] = lambda: loops.relearned(closed["/online"], closed["/offers"], plant, units)
         return found
@@ -253,8 +253,7 @@ class _Figures:
         experiment, closed, tightening = self.experiment, self.closed, self.experiment.tightening
         if "/disturbed_range" not in closed or tightening is None:
             return {}
-        metrics: Any = read_json(self.results.control)
-        runs, count = closed["/disturbed_range"], metrics["disturbed"]["tube"]["runs"]
+        runs, count = closed["/disturbed_range"], self.counted["disturbed"]["tube"]["runs"]
         window = self.fitted.learned[ROBUST.name].reference.window(int(runs.steps[0]), len(runs.steps))
         single, given = [*below(closed, "disturbed_runs").values()], tightening.given
         return {

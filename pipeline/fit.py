@@ -1,28 +1,16 @@
-"""Stage 2: samples → references, each learned by one of the experiment's methods, and a table of iterations.
-
-Some references are also learned with other upper bounds of the state.
-"""
+"""Stage 2: samples → references, each learned by one of the experiment's methods, and a table of iterations."""
 
 import warnings
 from collections.abc import Mapping
 
 import numpy as np
-from tqdm import tqdm
 
 from pipeline.environment import environment
 from pipeline.experiments import Experiment
 from pipeline.experiments.model import with_learned_means
-from pipeline.methods import (
-    HYPERPARAMETERS,
-    JOINT,
-    METHODS,
-    UNCONSTRAINED,
-    Fit,
-    Task,
-)
-from pipeline.storage.archive import Fitted, Sampled, read_samples, write_fit
+from pipeline.methods import JOINT, UNCONSTRAINED, Fit, Task
+from pipeline.storage.archive import Fitted, read_samples, write_fit
 from pipeline.storage.results import ENVIRONMENT, Results, to_csv
-from pipeline.verify import errors_of
 from trackably.arrays import Array
 from trackably.errors import NoReferenceError
 from trackably.files import write_json, write_text
@@ -30,30 +18,6 @@ from trackably.progress import progress_bar
 from trackably.reference.explanation import IgnoresSamplesWarning, ignores_samples
 from trackably.reference.fit import Fit as TrackableFit
 from trackably.systems.reference import Reference
-
-_PROVED = (HYPERPARAMETERS.name, JOINT.name)
-_COLUMNS = ("uppers", "objectives", "misfits", "errors")
-
-
-def tightness(experiment: Experiment, sampled: Sampled) -> dict[str, Mapping[str, Array]]:
-    """Return by method, for each of other upper bounds of the state, J and two errors of its proved reference.
-
-    These are the root mean square distances to the samples and to the true signal. Bounds for which no reference is
-    proved are left out. The result is empty if the experiment names no bounds.
-    """
-    tried = [(method, upper) for method in _PROVED for upper in experiment.tightness]
-    rows: dict[str, list[list[float]]] = {method: [] for method, _ in tried}
-    for method, upper in tqdm(tried, desc=f"{experiment.name}: tightness", disable=None if tried else True):
-        task = experiment.with_upper_bound(upper).task(sampled.samples)
-        found = METHODS[method].learn(task)
-        if isinstance(found, Fit):
-            errors = errors_of(experiment, sampled, Reference(found.solution.signals, task.plant))
-            rows[method].append([upper, found.solution.objective, errors["misfit"], errors["rmse"]])
-    return {
-        method: dict(zip(_COLUMNS, np.array(of).reshape(-1, len(_COLUMNS)).T, strict=True))
-        for method, of in rows.items()
-    }
-
 
 _INSTANTS_PER_STEP = 2
 _INTERVALS = 1000  # most intervals of a logged curve: a viewer shows no more, and logged references give other points
@@ -69,8 +33,7 @@ def fit(experiment: Experiment, results: Results) -> None:
     traces = {name: found.trace for name, found in fits.items() if found.trace}
     last = experiment.verified(sampled.samples).last_step
     steps = np.linspace(0, last, min(_INSTANTS_PER_STEP * last, _INTERVALS) + 1)
-    fitted = Fitted(sampled, learned, traces, tightness(experiment, sampled))
-    write_fit(results, fitted, steps * experiment.plant.sampling_time)
+    write_fit(results, Fitted(sampled, learned, traces), steps * experiment.plant.sampling_time)
     write_text(results.iterations, to_csv(_iterations(fits)))
     write_json(results.folder / ENVIRONMENT, environment())
 

@@ -69,7 +69,7 @@ def _measured(experiment: Experiment) -> tuple[dict[str, Samples], dict[str, Sam
 
 def _sampled(experiment: Experiment, measured: Mapping[str, Samples], held_out: Mapping[str, Samples]) -> Sampled:
     found = experiment.measured(measured)
-    return Sampled(found.names, found.signals, tuple(held_out), tuple(held_out.values()))
+    return Sampled(found.names, found.signals, held_out)
 
 
 def _read_csv(source: CsvColumn, sampling_time: float) -> Samples:

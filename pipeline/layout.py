@@ -20,9 +20,7 @@ COLORS = ("#ff7f2a", "#2f8fe8", "#2fc46b", "#e06fc0", "#d9b400", "#35c9c9", "#a0
 
 _OBSERVED = {"samples": BLACK, "held_out": GREY, "ground_truth": GREY}
 """Topics about sampled states, which plots of references show, and their colours."""
-_OF_QUANTITIES = {"margins": "margin", "active_bounds": "price"}
-"""Topics /…/METHOD/QUANTITY, and their field that is shown; quantities have different units, and plots of their own."""
-_SEPARATE = {"samples", "held_out", "active_bounds"}
+_SEPARATE = {"samples", "held_out"}
 """Topics whose values are not joined by lines."""
 _PLAIN = re.compile(r"[A-Za-z0-9_/-]+")
 
@@ -64,17 +62,11 @@ def _tiled(names: Sequence[str], direction: str = "column", across: str = "row")
 def _plots(plant: ConstrainedSystem, topics: Topics, kind: str) -> Iterator[Json]:
     """Yield the plots of the topics /`kind`/…, with a line for each of them, and the bounds of states and inputs."""
     found = below(topics, kind)
-    if (shown := _OF_QUANTITIES.get(kind)) is not None:
-        for quantity in dict.fromkeys(name.partition("/")[2] for name in found):
-            yield _plot(
-                quantity, _lines({name: of for name, of in found.items() if name.endswith(f"/{quantity}")}, shown)
-            )
-        return
     for field in dict.fromkeys(field.removesuffix(_REFERENCE) for of in found.values() for field in of.fields):
         lines = [*_lines(found, field), *_lines(found, field + _REFERENCE, GREY)]
         if kind == "references":
             lines += [
-                _line(topic, "value", what, color)
+                _line(topic, field, what, color)
                 for what, color in _OBSERVED.items()
                 if (topic := f"/{what}/{field}") in topics
             ]

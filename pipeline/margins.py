@@ -8,16 +8,20 @@ from trackably.arrays import Array
 from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Quantity
 
+_ROWS = 1001  # most rows of margins: a figure and a viewer show no more
+
 
 @dataclass(frozen=True)
 class MarginProfile:
-    """Margins of a quantity, its distances to the nearer bound (negative outside), over K sampling intervals.
+    """Margins of a quantity: its distances to the nearer bound, negative outside, in K rows.
 
-    In interval k, [k T_s, (k + 1) T_s), the smallest margin found is `margins[k]`, at `times[k]` [s]. `at_steps[k]` is
-    the margin at k T_s, where trackability requires it to be non-negative. All have shape (K,).
+    A row stands for one sampling interval [k T_s, (k + 1) T_s) or several, and begins at `starts` [s]. The smallest
+    margin found in it is one of `margins`, at one of `times` [s]. `at_steps` has the smallest margin at its steps,
+    where trackability requires it to be non-negative. All have shape (K,).
     """
 
     quantity: Quantity
+    starts: Array
     times: Array
     margins: Array
     at_steps: Array
@@ -29,30 +33,21 @@ class MarginProfile:
         return float(self.margins[k]), float(self.times[k])
 
     @property
-    def violated_steps(self) -> list[int]:
-        """The steps k at which the bounds are violated at k T_s."""
+    def violated(self) -> list[int]:
+        """The rows in which the bounds are violated at a step."""
         return [int(k) for k in np.flatnonzero(self.at_steps < 0)]
-
-    def coarser(self, rows: int) -> tuple[Array, "MarginProfile"]:
-        """Return when each of at most `rows` rows begins [s], and the profile with these rows.
-
-        A row stands for several sampling intervals, and has the smallest of their margins.
-        """
-        together = -(-len(self.margins) // rows)
-        first = np.arange(0, len(self.margins), together)
-        smallest = [k + int(np.argmin(self.margins[k : k + together])) for k in first]
-        at_steps = np.minimum.reduceat(self.at_steps, first)
-        coarse = MarginProfile(self.quantity, self.times[smallest], self.margins[smallest], at_steps)
-        return first.astype(float) * self.quantity.sampling_time, coarse
 
 
 def margin_profiles(reference: Reference, last_step: int, instants_per_step: int) -> list[MarginProfile]:
     """Compute margins of each quantity at `instants_per_step` times in each of the sampling intervals 0 … last_step."""
     steps = np.arange(last_step + 1, dtype=float)[:, None]
     times, found = reference.instants(steps + np.arange(instants_per_step) / instants_per_step), []
+    together = -(-len(times) // _ROWS)
+    first = np.arange(0, len(times), together)
     for quantity in reference.quantities:
         margins = quantity.margin(reference.signals, times)
-        smallest = np.argmin(margins, axis=1, keepdims=True)
-        at, least = (np.take_along_axis(values, smallest, axis=1)[:, 0] for values in (times, margins))
-        found.append(MarginProfile(quantity, at, least, margins[:, 0]))
+        smallest = [k * instants_per_step + int(np.argmin(margins[k : k + together])) for k in first]
+        at, least = times.ravel()[smallest], margins.ravel()[smallest]
+        at_steps = np.minimum.reduceat(margins[:, 0], first)
+        found.append(MarginProfile(quantity, first.astype(float) * quantity.sampling_time, at, least, at_steps))
     return found

@@ -60,7 +60,7 @@ def told_of_unconstrained(margins: Mapping[str, list[MarginProfile]]) -> Told:
     ]
     if not broken:
         return Told("The unconstrained mean keeps all bounds at all times that were looked at: no constraint is felt.")
-    part = len({row for profile in profiles for row in profile.violated_steps}) / len(profiles[0].at_steps)
+    part = len({row for profile in profiles for row in profile.violated}) / len(profiles[0].at_steps)
     return Told(
         f"The system cannot follow the unconstrained mean: {_listed(broken)}. Bounds are broken during "
         f"{100 * part:.2g} % of the time."
@@ -130,7 +130,7 @@ def told_of_truth(results: Results) -> Told:
 def _by_start(counted: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield the name of each reference of undisturbed loops, with the metrics by initial state."""
     for reference, of in counted.items():
-        if reference not in ("horizon", "online", "disturbed", "price_of_room"):
+        if reference not in ("horizon", "online", "tightness", "disturbed", "price_of_room"):
             yield reference, {start: found for start, found in of.items() if isinstance(found, Mapping)}
 
 
@@ -172,6 +172,12 @@ _COSTS = {"nlml": "l", "objective": "J", "price": "price"}
 _HEADINGS = {"misfit": "misfit", "rmse": "error to the truth", "held_out": "error on held-out samples"}
 
 
+def _table(first: str, columns: Mapping[str, str], rows: Mapping[str, Mapping[str, Any]], digits: int) -> Table:
+    """Return a row for each name, with those of its values that `columns` have, under their headings."""
+    listed = [[name, *(found.get(key) for key in columns)] for name, found in rows.items()]
+    return Table([first, *columns.values()], listed, digits)
+
+
 def table_of_methods(results: Results) -> Table:
     """Return l, J, the price, root mean square errors and whether there is a proof, for each method.
 
@@ -182,12 +188,8 @@ def table_of_methods(results: Results) -> Table:
     errors = {
         key: _heading(key, kind) for kind in _HEADINGS for key in first if key == kind or key.startswith(f"{kind}_")
     }
-    columns = _COSTS | errors
-    rows = [
-        [method, *(found[key] for key in columns), found["proof"].startswith("proved")]
-        for method, found in metrics.items()
-    ]
-    return Table(["", *columns.values(), "proved"], rows, digits=4)
+    rows = {method: {**found, "is_proved": found["proof"].startswith("proved")} for method, found in metrics.items()}
+    return _table("", {**_COSTS, **errors, "is_proved": "proved"}, rows, digits=4)
 
 
 def _heading(key: str, kind: str) -> str:
@@ -237,8 +239,7 @@ def table_of_loops(results: Results) -> Table:
     for found in by_loop.values():
         if (found["largest_rise"] or math.inf) <= _ROUNDING_OF_COSTS * highest:
             found["largest_rise"] = "rounding"
-    rows = [[name, *(found.get(key) for key in columns)] for name, found in by_loop.items()]
-    return Table(["reference, start", *columns.values()], rows, digits=3)
+    return _table("reference, start", columns, by_loop, digits=3)
 
 
 def table_of_disturbances(results: Results) -> Table:
@@ -254,14 +255,14 @@ def table_of_disturbances(results: Results) -> Table:
         "steps_outside": "outside of bounds",
         "first_step_outside": "first at",
     }
-    rows = [
-        [f"{controller} controller on {reference}, {kind}", *(found[key] for key in columns)]
+    rows = {
+        f"{controller} controller on {reference}, {kind}": found
         for reference, by_controller in references
         for controller, by_kind in by_controller.items()
         for kind, found in by_kind.items()
-    ]
-    rows.append([f"{runs['runs']} runs in the tube", runs["steps"], None, None, runs["broken"], None])
-    return Table(["disturbed", *columns.values()], rows)
+    }
+    rows[f"{runs['runs']} runs in the tube"] = {"steps": runs["steps"], "steps_outside": runs["broken"]}
+    return _table("disturbed", columns, rows, digits=6)
 
 
 def table_of_room(results: Results) -> Table:

@@ -9,27 +9,35 @@ import numpy as np
 from tqdm import tqdm
 
 from pipeline.experiments import Experiment
-from pipeline.experiments.load import read_fit_of
 from pipeline.margins import MarginProfile, margin_profiles
 from pipeline.methods import HYPERPARAMETERS, JOINT, METHODS, UNCONSTRAINED, LearnedReference
 from pipeline.published.algorithm1 import tail
 from pipeline.published.scalar import is_scalar, state_and_input
-from pipeline.storage.archive import Sampled, write_margins
-from pipeline.storage.results import Results, to_csv
-from trackably.arrays import Array, root_mean_square
+from pipeline.storage.archive import Fitted, Sampled, read_fit, write_stage
+from pipeline.storage.logs import Series
+from pipeline.storage.results import Results
+from trackably.arrays import root_mean_square
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.judge import accepted_file, judge
 from trackably.certificates.outcome import Counterexample
 from trackably.certificates.prove import Outcome
 from trackably.errors import NoReferenceError
-from trackably.files import write_atomically, write_json, write_text
+from trackably.files import to_json, write_atomically, write_json
 from trackably.gp.samples import Samples
 from trackably.learning.problem import ActiveBound
 from trackably.reference.truth import accuracy, with_truth
 from trackably.systems.reference import Reference
 
 _PERIODS = 100
-_ROWS = 300  # most rows of the table of margins: a plot shows no more
+
+
+def margins_of(experiment: Experiment, fitted: Fitted) -> dict[str, list[MarginProfile]]:
+    """Return the margins of each reference at finely sampled times, by the name of its method."""
+    wanted = experiment.verified(fitted.sampled.samples)
+    return {
+        method: margin_profiles(learned.reference, wanted.last_step, wanted.instants_per_step)
+        for method, learned in fitted.learned.items()
+    }
 
 
 def metrics_of(
@@ -48,7 +56,9 @@ def metrics_of(
     reference, last_looked_at = learned.reference, last_step
     if reference.period is not None:  # in each of many periods, the instants fall on other phases than before
         last_looked_at = round(_PERIODS * reference.period / reference.plant.sampling_time)
-    violated = sorted({k for of in margin_profiles(reference, last_looked_at, 1) for k in of.violated_steps})
+    instants = reference.instants(np.arange(last_looked_at + 1.0))
+    margins = [quantity.margin(reference.signals, instants) for quantity in reference.quantities]
+    violated = np.flatnonzero(np.any(np.array(margins) < 0, axis=0)).tolist()
     metrics: dict[str, Any] = {
         **learned.prior.hyperparameters,
         **_condensed(sampled),
@@ -94,20 +104,6 @@ def summary_of(
     }
 
 
-def margins_over_time(margins: Mapping[str, Sequence[MarginProfile]]) -> dict[str, Array]:
-    """Return `time` [s], and for each method the smallest margin of all quantities as a part of their bounds' widths.
-
-    A row has the smallest margin of several sampling intervals, so that there are at most 300 rows. NaN stands for a
-    quantity that is not defined.
-    """
-    times, _ = next(iter(margins.values()))[0].coarser(_ROWS)
-    columns = {"time": times}
-    for method, profiles in margins.items():
-        smallest = np.min([p.coarser(_ROWS)[1].margins / p.quantity.bounds.width for p in profiles], axis=0)
-        columns[method] = np.where(np.isfinite(smallest), smallest, np.nan)
-    return columns
-
-
 def _tail_metrics(reference: Reference, last_step: int) -> dict[str, Any] | None:
     """Return bounds and margins of a scalar reference for all times after the last verified step.
 
@@ -138,7 +134,7 @@ def errors_of(experiment: Experiment, sampled: Sampled, reference: Reference) ->
     known = {
         "misfit": None,
         "rmse": {name: Samples(times, truth(times)) for name, truth in experiment.truths.items()},
-        "held_out": sampled.held_out_by_name,
+        "held_out": sampled.held_out,
     }
     found: dict[str, float] = {}
     for kind, others in known.items():
@@ -174,24 +170,24 @@ def verify(experiment: Experiment, results: Results) -> None:
 
     Raises NoReferenceError, before anything is written, if a method must have a proof and there is none.
     """
-    fitted = read_fit_of(experiment, results)
-    baseline, wanted = fitted.learned[UNCONSTRAINED.name], experiment.verified(fitted.sampled.samples)
-    margins: dict[str, list[MarginProfile]] = {}
+    fitted = read_fit(results)
+    baseline, margins = fitted.learned[UNCONSTRAINED.name], margins_of(experiment, fitted)
     metrics: dict[str, dict[str, Any]] = {}
     proofs: dict[str, Outcome] = {}
     for method, learned in tqdm(fitted.learned.items(), desc=f"{experiment.name}: verify", disable=None):
-        margins[method] = margin_profiles(learned.reference, wanted.last_step, wanted.instants_per_step)
         proof = judge(prove_for(experiment, method, fitted.sampled, learned.reference))
         proofs[method] = proof
         if METHODS[method].must_be_proved and not isinstance(proof, Certificate):
             raise NoReferenceError(f"experiment {experiment.name}: {method} has no proof: {proof.explanation}")
         numbers = metrics_of(experiment, fitted.sampled, learned, margins[method], baseline)
         metrics[method] = {**numbers, "proof": proof.explanation, **_accuracy(proof)}
-    certificates = {method: proof for method, proof in proofs.items() if isinstance(proof, Certificate)}
-    write_margins(results, margins, metrics, certificates)
+    series = [
+        Series(f"/margins/{method}", of[0].starts, {f"{p.quantity.name}_margin": p.margins for p in of})
+        for method, of in margins.items()
+    ]
+    write_stage(results, "verification", series, {"metrics.json": to_json(metrics)})
     for method, proof in proofs.items():
         _write_proof(results, method, proof)
-    write_text(results.folder / "margins.csv", to_csv(margins_over_time(margins)))
     write_json(results.metrics, metrics)
     write_json(results.summary, summary_of(metrics, margins))
 

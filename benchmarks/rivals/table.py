@@ -66,7 +66,7 @@ def measured(problem: Problem, rival: Rival) -> Row:
 
 def _numbers(problem: Problem, found: Found) -> dict[str, Any]:
     off: dict[str, list[float | None]] = {"misfit": [], "held_out": [], "error": []}
-    times, later = np.linspace(*problem.window, 401), problem.sampled.held_out_by_name
+    times, later = np.linspace(*problem.window, 401), problem.sampled.held_out
     each = zip(problem.sampled.names, problem.task.samples, problem.truths, strict=True)
     for i, (name, samples, truth) in enumerate(each):
         wanted = {"misfit": (samples.times, samples.values)}

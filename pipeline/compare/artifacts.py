@@ -5,11 +5,11 @@ A text becomes its words, which must not change, and its numbers, which may chan
 import math
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum
-from functools import lru_cache
 from hashlib import sha256
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -62,12 +62,6 @@ SOURCE, THEOREM = "source", "theorem"
 
 def parts_of(path: Path) -> Parts:
     """Return the values of an artifact by part and place. Raises UnreadableError."""
-    return _parts(path, sha256(path.read_bytes()).hexdigest())
-
-
-@lru_cache(maxsize=4)
-def _parts(path: Path, digest: str) -> Parts:
-    """Read a file once for several values that are looked up in it; `digest` is the SHA-256 of its content."""
     try:
         match path.suffix:
             case ".mcap":
@@ -77,11 +71,11 @@ def _parts(path: Path, digest: str) -> Parts:
             case ".json":
                 leaves = _told(from_json(path.read_bytes()))
             case ".svg":
-                leaves = _drawing(path.read_bytes())
+                leaves = dict(_drawing(path.read_bytes()))
             case ".ipynb":
                 leaves = _notebook(path.read_bytes())
             case _:
-                leaves = {"SHA-256": Leaf("bytes", digest)}
+                leaves = {"SHA-256": Leaf("bytes", sha256(path.read_bytes()).hexdigest())}
     except (InputError, ValueError, ElementTree.ParseError) as error:  # UnreadableError says it without the file's name
         raise UnreadableError(str(error).removeprefix(f"{path}: ")) from error
     return {("", ""): leaves}
@@ -147,7 +141,7 @@ def _table(path: Path) -> Leaves:
 
 
 def _recording(log: Log) -> Parts:
-    """Return the parts of a log: the columns of every series, attachments, and metadata with units."""
+    """Return the parts of a log: the columns of every series, attachments, and metadata."""
     parts: Parts = {}
     for series in log.series:
         places = [*_distinct(f"t = {t:.12g} s" for t in series.times.tolist())]
@@ -156,13 +150,11 @@ def _recording(log: Log) -> Parts:
             parts[series.topic, field] = {place: Leaf(field, value) for place, value in values}
     for name, data in log.attachments.items():
         parts[f"attachment {name}", ""] = _told(from_json(data))
-    units = {series.topic: dict(series.units) for series in log.series if series.units}
-    metadata = {record: dict(content) for record, content in log.metadata.items()}
-    parts["metadata", ""] = json_leaves({**metadata, "unit": units})
+    parts["metadata", ""] = json_leaves({record: dict(content) for record, content in log.metadata.items()})
     return parts
 
 
-def _distinct(names: Iterator[str]) -> Iterator[str]:
+def _distinct(names: Iterable[str]) -> Iterator[str]:
     """Yield names; a name that was yielded before gets a number: "name, number 2"."""
     often: Counter[str] = Counter()
     for name in names:
@@ -176,43 +168,39 @@ _LENGTHS = {"x", "y", "width", "height", "cx", "cy", "r", "x1", "x2", "y1", "y2"
 _HASHED = re.compile(r"(?<![\w-])(?:[mph]|C[0-9a-f]+_[0-9a-f]+_)[0-9a-f]{10}(?![\w-])")
 
 
-def _drawing(data: bytes) -> Leaves:
+def _drawing(data: bytes) -> Iterator[tuple[str, Leaf]]:
     """Read an SVG file with its comments, in which matplotlib writes the text that it draws as outlines.
 
-    Raises ParseError, and ValueError for bytes that are no UTF-8.
+    An element is named by its tag and by the last identity before it, such as line2d_1. Raises ParseError, and
+    ValueError for bytes that are no UTF-8.
     """
     names: dict[str, str] = {}
     parser = ElementTree.XMLParser(target=ElementTree.TreeBuilder(insert_comments=True))
     text = _HASHED.sub(lambda found: names.setdefault(found[0], f"definition-{len(names) + 1}"), data.decode())
-    return dict(_element(ElementTree.fromstring(text, parser), "svg"))
-
-
-def _element(element: ElementTree.Element, place: str) -> Iterator[tuple[str, Leaf]]:
-    yield f"{place}: element", Leaf(STRUCTURE, _tag(element))
-    for name, value in element.attrib.items():
-        key = name.rpartition("}")[2]
-        at = f"{place}: {key}"
-        if key == "d" and (outline := _outline(value)):
-            yield from ((f"{at}: {what}", Leaf(OUTLINE, number)) for what, number in outline.items())
-        elif key in _LENGTHS:
-            yield from prose_leaves(at, value, STRUCTURE, COORDINATES)
-        else:
-            yield at, Leaf(STRUCTURE, value)
-    if content := (element.text or "").strip():
-        yield from prose_leaves(f"{place}: text", content, TEXT, NUMBERS)
-    seen: Counter[str] = Counter()
-    before = ""
-    for child in element:
-        tag = _tag(child)
-        if tag == "metadata":  # of the program that drew the figure
-            continue
-        seen[tag] += 1
-        name = child.get("id", "definition-")
-        named = f"{tag}[{seen[tag]}]" if name.startswith("definition-") else name
-        # A group after a comment draws the letters of the text in the comment: only its attributes are compared.
-        shown = ElementTree.Element(child.tag, child.attrib) if before == "comment" and tag == "g" else child
-        yield from _element(shown, f"{place}/{named}".removeprefix("svg/"))
-        before = tag
+    root = ElementTree.fromstring(text, parser)
+    for metadata in root.findall("{*}metadata"):  # of the program that drew the figure
+        root.remove(metadata)
+    for parent in [*root.iter()]:
+        for before, after in pairwise(parent):
+            if _tag(before) == "comment":
+                del after[:]  # outlines of the letters of the text in the comment
+    last, places = "svg", []
+    for element in root.iter():
+        name = element.get("id", "definition-")
+        last = last if name.startswith("definition-") else name
+        places.append(f"{last} {_tag(element)}")
+    for place, element in zip(_distinct(places), root.iter(), strict=True):
+        yield place, Leaf(STRUCTURE, _tag(element))
+        for name, value in element.attrib.items():
+            key = name.rpartition("}")[2]
+            if key == "d" and (outline := _outline(value)):
+                yield from ((f"{place}: {what}", Leaf(OUTLINE, number)) for what, number in outline.items())
+            elif key in _LENGTHS:
+                yield from prose_leaves(f"{place}: {key}", value, STRUCTURE, COORDINATES)
+            else:
+                yield f"{place}: {key}", Leaf(STRUCTURE, value)
+        if content := (element.text or "").strip():
+            yield from prose_leaves(f"{place}: text", content, TEXT, NUMBERS)
 
 
 def _tag(element: ElementTree.Element) -> str:

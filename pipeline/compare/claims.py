@@ -1,26 +1,24 @@
 """The paper's claims, and whether each holds for the results in a folder."""
 
-import math
-from collections import defaultdict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
+import numpy as np
 from pydantic import BeforeValidator, Field, NonNegativeFloat, model_validator
 
-from pipeline.compare.artifacts import ABSENT, Found, Parts, UnreadableError, Value, parts_of
+from pipeline.compare.artifacts import ABSENT, Found, UnreadableError, Value, json_leaves
 from pipeline.compare.model import JudgedClaim, Verdict, results_folder
 from pipeline.published.paper import printed_numbers
+from pipeline.storage.logs import TIME, read_log
+from pipeline.storage.results import read_numbers
 from pipeline.yaml_file import Fields, validated
 from trackably.arguments import is_number
+from trackably.arrays import Array, Flags
 from trackably.errors import InputError
-from trackably.files import read_yaml
+from trackably.files import read_json, read_yaml
 
 CLAIMS = Path("claims.yaml")
-
-
-ATTACHMENT = "attachment "
-"""The beginning of a `topic` that means an attachment of a log; the attachment's name follows."""
 
 
 class Condition(Fields):
@@ -30,18 +28,17 @@ class Condition(Fields):
     below: float | None = None
     equals: float | None = None
 
-    def holds(self, number: float) -> bool:
-        return (
-            (self.above is None or number > self.above)
-            and (self.below is None or number < self.below)
-            and (self.equals is None or number == self.equals)
-        )
+    def holds(self, numbers: Array) -> Flags:
+        """Return whether each number meets the condition; NaN stands for no number, and does not."""
+        kept = ~np.isnan(numbers)
+        for bound, fits in ((self.above, np.greater), (self.below, np.less), (self.equals, np.equal)):
+            if bound is not None:
+                kept &= fits(numbers, bound)
+        return kept
 
 
 class Locator(Fields):
     """The place of a value: a path in JSON, or one row of a column of a CSV table or of a log's topic.
-
-    JSON is read from a file, or from the attachment NAME of a log if `topic` is `attachment NAME`.
 
     `where` has conditions by the name of a column; a row without a number in this column does not meet the condition.
     Among the rows that meet all conditions, `pick` takes the first, the last, or the one with the largest value.
@@ -61,20 +58,18 @@ class Locator(Fields):
 
     @model_validator(mode="after")
     def _leads_somewhere(self) -> Self:
-        of_log = "path" if (self.topic or "").startswith(ATTACHMENT) else "column"
-        needed = {".json": {"path"}, ".csv": {"column"}, ".mcap": {"topic", of_log}}
+        needed = {".json": {"path"}, ".csv": {"column"}, ".mcap": {"topic", "column"}}
         given = self.model_fields_set & {"path", "topic", "column"}
         if needed.get(Path(self.file).suffix) != given:
             raise ValueError(
-                "expected a .json file and a path, a .csv file and a column, or an .mcap file, a topic and a column (a "
-                "path if the topic is an attachment)"
+                "expected a .json file and a path, a .csv file and a column, or an .mcap file, a topic and a column"
             )
         return self
 
     def __str__(self) -> str:
         """Name the place in a few words."""
         against = f"against {Path(self.against).name}" if self.against else None
-        place = (self.topic, self.path) if self.path else (self.topic, self.column, f"({self.pick})", against)
+        place = (self.path,) if self.path else (self.topic, self.column, f"({self.pick})", against)
         return " ".join(part for part in (Path(self.file).name, *place) if part)
 
 
@@ -151,10 +146,6 @@ def load_claims(path: Path = CLAIMS) -> Claims:
     return validated(Claims, read_yaml(path), path)
 
 
-Columns = Mapping[str, Sequence[float]]
-"""Numbers by column; NaN for a missing number."""
-
-
 def judge_claim(claim: Claim, base: Path, new: Path) -> JudgedClaim:
     """Return the verdicts for both folders. Raises InputError if the claim refers to an unknown printed number."""
     verdicts = {root: _verdict(claim, results_folder(root)) for root in {base, new}}
@@ -175,61 +166,48 @@ def _value(locator: Locator, results: Path) -> Value:
     if not file.exists():
         raise UnreadableError(f"{locator.file} is not there")
     try:
-        return _found(locator, parts_of(file))
-    except (UnreadableError, InputError) as error:
-        raise UnreadableError(f"{locator.file}: {error}") from None
+        if locator.path is None:
+            return _pick(locator, _columns(file, locator.topic))
+        leaves = json_leaves(read_json(file))
+        if locator.path not in leaves:
+            raise InputError(f"there is no value {locator.path}")
+        return leaves[locator.path].value
+    except InputError as error:
+        raise UnreadableError(f"{locator.file}: {str(error).removeprefix(f'{file}: ')}") from None
 
 
-def _found(locator: Locator, parts: Parts) -> Value:
-    topic = locator.topic or ""
-    if topic not in {name for name, _ in parts}:
-        raise UnreadableError(f"there is no {topic}")
-    if not locator.path:
-        return _pick(locator, _columns(parts, topic))
-    if (leaf := parts[topic, ""].get(locator.path)) is None:
-        raise UnreadableError(f"there is no value {locator.path}")
-    return leaf.value
+def _columns(file: Path, topic: str | None) -> dict[str, Array]:
+    """Return the columns of a table, or of a topic of a log; NaN stands for a missing number."""
+    if topic is None:
+        return read_numbers(file)
+    for series in read_log(file).series:
+        if series.topic == topic:
+            return {TIME: series.times, **series.fields}
+    raise InputError(f"there is no {topic}")
 
 
-def _columns(parts: Parts, topic: str = "") -> Columns:
-    """Return the columns of a table, or of a topic of a log."""
-    columns: dict[str, list[Any]] = defaultdict(list)
-    for part, leaves in parts.items():
-        if part[0] == topic:
-            for leaf in leaves.values():
-                columns[leaf.field].append(leaf.value)
-    return columns
-
-
-def _differences(columns: Columns, column: str, against: Path) -> list[float]:
+def _differences(columns: Mapping[str, Array], column: str, against: Path) -> Array:
     """Return |ours − theirs| / |theirs| of each row: NaN if neither table has a number, infinite if only one has.
 
     All differences are infinite if the first columns of both tables differ.
     """
-    published = _columns(parts_of(against))
+    published = read_numbers(against)
     key, ours = next(iter(published)), columns[column]
-    if published[key] != columns.get(key):
-        return [math.inf] * len(ours)
-    return [
-        math.inf if math.isnan(value) != math.isnan(other) else abs(value - other) / abs(other)
-        for value, other in zip(ours, published[column], strict=True)
-    ]
+    if key not in columns or not np.array_equal(published[key], columns[key]):
+        return np.full(len(ours), np.inf)
+    theirs = published[column]
+    return np.where(np.isnan(ours) != np.isnan(theirs), np.inf, np.abs(ours - theirs) / np.abs(theirs))
 
 
-def _pick(locator: Locator, columns: Columns) -> float:
+def _pick(locator: Locator, columns: Mapping[str, Array]) -> float:
     column = locator.column or ""
     if unknown := {column, *locator.where} - columns.keys():
-        raise UnreadableError(f"there is no column {', '.join(sorted(unknown))}")
-    if locator.against:
-        columns = {**columns, column: _differences(columns, column, Path(locator.against))}
-    conditions = [(columns[name], condition) for name, condition in locator.where.items()]
-    values = [
-        value
-        for i, value in enumerate(columns[column])
-        if all(not math.isnan(cells[i]) and condition.holds(cells[i]) for cells, condition in conditions)
-    ]
+        raise InputError(f"there is no column {', '.join(sorted(unknown))}")
+    values = _differences(columns, column, Path(locator.against)) if locator.against else columns[column]
+    met = [condition.holds(columns[name]) for name, condition in locator.where.items()]
+    values = values[np.all(met, axis=0)] if met else values
     if locator.pick == "largest":
-        values = sorted(value for value in values if not math.isnan(value))
-    if not values:
-        raise UnreadableError(f"no row of column {column!r} meets the conditions of `where`")
-    return values[0 if locator.pick == "first" else -1]
+        values = np.sort(values[~np.isnan(values)])
+    if not len(values):
+        raise InputError(f"no row of column {column!r} meets the conditions of `where`")
+    return float(values[0 if locator.pick == "first" else -1])

@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Iterator, Sequence
 from math import isinf
+from os.path import commonprefix
 from textwrap import indent
 
 from pipeline.compare.artifacts import Absent, Found
@@ -21,7 +22,7 @@ def shown(value: Found) -> str:
 def differing_text(base: Found, new: Found) -> tuple[str, str]:
     """Format two values; long texts are cut so that their first difference is visible."""
     if isinstance(base, str) and isinstance(new, str) and max(len(base), len(new)) > _LONG - 2:
-        same = next((i for i, (a, b) in enumerate(zip(base, new, strict=False)) if a != b), min(len(base), len(new)))
+        same = len(commonprefix([base, new]))  # noqa: RUF071  letter by letter is meant
         base, new = (f"…{text[same - 8 :]}" if same > 8 else text for text in (base, new))
     return shown(base), shown(new)
 
@@ -49,7 +50,7 @@ def closing(comparison: Comparison) -> str:
     return f"{rows}{told}: {'within tolerance' if comparison.within else 'NOT within tolerance'}"
 
 
-_WIDEST = 24  # widest column of values; a reason in place of a value may be longer, and shifts the rest of its line
+_WIDTH = 24  # of a column of values; a reason in place of a value may be longer, and shifts the rest of its line
 
 
 _WORST_FIRST = (Status.DIFFERENT, Status.MISSING, Status.EXTRA, Status.WITHIN, Status.IDENTICAL)
@@ -87,9 +88,8 @@ def _claim_lines(claims: Sequence[JudgedClaim]) -> Iterator[str]:
         return
     rows = [("expected", "BASE", "NEW", "claim [source]")]
     rows += [(c.expected, verdict(c.base), verdict(c.new), f"{c.text} [{c.source}]") for c in claims]
-    widths = [min(_WIDEST, max(len(row[column]) for row in rows)) for column in range(3)]
     for *cells, claim in rows:
-        yield "  ".join((*(cell.ljust(width) for cell, width in zip(cells, widths, strict=True)), claim))
+        yield "  ".join((*(cell.ljust(_WIDTH) for cell in cells), claim))
 
 
 def _environment_lines(comparison: Comparison) -> Iterator[str]:

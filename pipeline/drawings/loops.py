@@ -1,4 +1,4 @@
-"""Figures of closed loops: over time, around steps without a plan, learned again, disturbed."""
+"""Figures of closed loops: over time, learned again, disturbed."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, Final, Literal
@@ -40,12 +40,7 @@ INITIAL_STATE_STYLES: Final[dict[str, dict[str, Any]]] = {
 """Styles of loops by the names of initial states that `pipeline.loops.trajectory` gives."""
 CLOSED_LOOP: Final = INITIAL_STATE_STYLES["on"] | {"label": "closed loop"}
 _REFERENCE: Final[dict[str, Any]] = {"color": INK, "linewidth": 0.7, "zorder": 3.6, "label": "reference"}
-_NO_PLAN: Final[dict[str, Any]] = {
-    "facecolor": PALE,
-    "alpha": 0.6,
-    "zorder": 1,
-    "label": "no plan",
-}
+_NO_PLAN: Final[dict[str, Any]] = {"facecolor": PALE, "alpha": 0.6, "zorder": 1, "label": "no plan"}
 
 
 @with_style
@@ -68,12 +63,11 @@ def _over_steps(
     shown: tuple[float, float],
     styles: Mapping[str, dict[str, Any]],
     units: Units,
-    zoomed: bool = False,
 ) -> tuple[Figure, NDArray[Any]]:
     """Draw states and inputs with their bounds and references, from the first to the last step of `shown`.
 
     There is a row for each coordinate, and a column for each label of the loops; `styles` are by initial state. Panels
-    show the whole range between the bounds, or, if `zoomed`, only the range of loops and references.
+    show the whole range between the bounds.
     """
     figure, panels = _grid(plant, len(loops), shown, units, sharey="row")
     bounds = bounds_of(plant)
@@ -84,11 +78,8 @@ def _over_steps(
                 drawstyle = "steps-post" if name in plant.system.inputs else "default"  # inputs are held between steps
                 axes.plot(course.steps, course[name], drawstyle=drawstyle, **styles[loop])
                 axes.plot(course.steps, course[f"{name}_reference"], drawstyle=drawstyle, **_REFERENCE)
-        curves = (name, f"{name}_reference") if zoomed else (name,)
-        every = [of for by_name in parts for of in by_name.values()]
-        seen = np.concatenate([of[curve][of.steps >= shown[0]] for of in every for curve in curves])
-        whole = None if zoomed else bounds.get(name)
-        pad_limits(row[0], whole or Interval(float(np.nanmin(seen)), float(np.nanmax(seen))))
+        seen = np.concatenate([of[name] for by_name in parts for of in by_name.values()])
+        pad_limits(row[0], bounds.get(name) or Interval(float(np.nanmin(seen)), float(np.nanmax(seen))))
         for axes in row:
             shade_outside(axes, bounds.get(name))
     return figure, panels
@@ -112,17 +103,12 @@ def _grid(
     return figure, panels
 
 
-def _shade_no_plan(axes: Axes, steps: Array) -> None:
-    """Shade the steps without a plan: each run of consecutive `steps`, up to the step after it."""
-    for first, last in runs_of(steps):
-        axes.axvspan(first, last + 1, **_NO_PLAN)
-
-
 def _shade_where_none_has_a_plan(axes: Axes, by_state: ByInitialState, last_step: int, named: bool = True) -> None:
     """Shade the steps at which no running loop has a plan, and mark the step at which the last loop ended."""
     ended = float(max(course.steps[-1] for course in by_state.values()))
     lost = ({*course.infeasible.tolist(), *np.arange(course.steps[-1], ended)} for course in by_state.values())
-    _shade_no_plan(axes, np.array(sorted(k for k in set.intersection(*lost) if k <= last_step)))
+    for first, last in runs_of(np.array(sorted(k for k in set.intersection(*lost) if k <= last_step))):
+        axes.axvspan(first, last + 1, **_NO_PLAN)  # up to the step after it
     if ended < last_step:
         axes.axvline(ended, color=GREY, **DOTTED)
         if named:
@@ -136,30 +122,6 @@ _UPDATES: Final[dict[float, dict[str, Any]]] = {
     1.0: {**_UPDATE, "marker": "v", "color": BLUE, "markersize": 5, "label": "new reference taken"},
     0.0: {**_UPDATE, "marker": "x", "color": ORANGE, "markersize": 5, "label": "not taken"},
 }
-
-
-@with_style
-def infeasibility(course: Course, plant: ConstrainedSystem, horizon: int, units: Units) -> Figure:
-    """Draw the loop around its first infeasible step, and mark the `horizon` steps over which a plan would reach.
-
-    Steps without a plan are shaded.
-    """
-    first = float(course.infeasible[0])
-    shown = max(0.0, first - horizon), min(first + 3 * horizon, float(course.steps[-1]))
-    figure, panels = _over_steps({"": {ON: course}}, plant, shown, {ON: CLOSED_LOOP}, units, zoomed=True)
-    panels = panels[:, 0]
-    for axes in panels:
-        _shade_no_plan(axes, course.until(int(shown[1])).infeasible)
-        for step in (first, first + horizon):
-            axes.axvline(step, color=INK, **DOTTED, zorder=2.8)
-    panels[0].annotate(
-        "", (first, 1.04), (first + horizon, 1.04), xycoords=panels[0].get_xaxis_transform(),
-        arrowprops={"arrowstyle": "<->", "linewidth": 0.7, "shrinkA": 0, "shrinkB": 0}, annotation_clip=False,
-    )  # fmt: skip
-    label = f" from step {first:.0f} no plan reaches step {first + horizon:.0f}"
-    where = panels[0].get_xaxis_transform()
-    direct_label(panels[0], first + horizon, 1.04, label, transform=where, va="center", clip_on=False)
-    return legend_above(figure)
 
 
 @with_style

@@ -47,12 +47,7 @@ from trackably.systems.sampling import kinds_by_name, prior_for
 from trackably.systems.tightening import Tightening
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]*")
-_RESERVED = {
-    "guide": "notebooks/guide.ipynb is the guide",
-    "recordings": "data/recordings holds the recordings",
-    "trajectories": "notebooks/trajectories.ipynb is about trajectories from elsewhere",
-    "template": "notebooks/template.ipynb is the template",
-}
+_RESERVED = {"guide", "recordings", "trajectories", "template"}
 
 
 def refused_names(names: Iterable[object]) -> list[str]:
@@ -65,8 +60,8 @@ def refused_names(names: Iterable[object]) -> list[str]:
                 f"the name {name!r} is not allowed: a name consists of letters from a to z, digits, hyphens and "
                 "underscores, and begins with a letter or a digit (quote a name that is a number)"
             )
-        elif reason := _RESERVED.get(name.lower()):
-            found.append(f"the name {name!r} is reserved: {reason}")
+        elif name.lower() in _RESERVED:
+            found.append(f"the name {name!r} is reserved, as a notebook or a folder of the project has it")
         elif (other := first.setdefault(name.lower(), name)) != name:  # some file systems cannot hold both
             found.append(f"the names {other!r} and {name!r} differ only by case: choose names that differ otherwise")
     return found

@@ -10,7 +10,6 @@ import numpy as np
 
 from pipeline.experiments import Experiment
 from pipeline.experiments.fields import Relearning
-from pipeline.experiments.model import with_learned_means
 from pipeline.loops.trajectory import Course
 from pipeline.storage.archive import Sampled
 from trackably.arrays import Array, ArrayLike
@@ -159,8 +158,6 @@ def relearn(experiment: Experiment, sampled: Sampled, controller: Controller) ->
         return None
     stream = _stream(experiment, wanted, sampled)
 
-    experiment = with_learned_means(experiment, sampled.samples)
-
     def learner(samples: tuple[Samples, ...]) -> LearningResult:
         problem = ConstrainedProblem(samples, experiment.learned_prior, experiment.search_space(samples))
         return learn_certified(problem, experiment.plant, experiment.goal(samples), learner=JOINT)
@@ -184,7 +181,7 @@ def relearn(experiment: Experiment, sampled: Sampled, controller: Controller) ->
 
 def _stream(experiment: Experiment, wanted: Relearning, sampled: Sampled) -> tuple[Samples, ...]:
     """Return the first samples of every signal together with the samples that arrive while the loop runs."""
-    later = sampled.held_out_by_name
+    later = dict(sampled.held_out)
     if (stream := wanted.stream) is not None:
         step = experiment.plant.sampling_time
         later |= {name: stream.samples(truth, step) for name, truth in experiment.truths.items()}

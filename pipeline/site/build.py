@@ -4,7 +4,7 @@ import gc
 import io
 import re
 import shutil
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -47,14 +47,6 @@ def _folded(cell: Cell) -> Cell:
     return {**cell, "metadata": {**cell["metadata"], "tags": tags}}
 
 
-_LOGS = {
-    "samples": "the samples",
-    "fit": "references, and the iterations on the way to them",
-    "verification": "margins to all bounds",
-    "control": "closed loops",
-}
-
-
 Page = dict[str, Any]
 """The data of an experiment for templates, which ask `pipeline.story` for sentences and tables about its results."""
 
@@ -68,20 +60,9 @@ def page_of(experiment: Experiment, results: Results, notebook: str = "") -> Pag
         "summary": read_json(results.summary),
         "proved": [method for method in metrics if results.certificate(method).exists()],
         "figures": sorted(results.figures.glob("*.svg")),
-        "files": [*_files(results)],
+        "files": [*results.proofs, *sorted(results.folder.glob("*.mcap")), *results.folder.glob("layout.json")],
         "notebook": notebook,
     }
-
-
-def _files(results: Results) -> Iterator[tuple[Path, str]]:
-    for path in results.proofs:
-        refutes = path.name.endswith(".counterexample.json")
-        method = path.name.split(".")[0]
-        yield path, f"what refutes the reference `{method}`" if refutes else f"the certificate of `{method}`"
-    for path in sorted(results.folder.glob("*.mcap")):
-        yield path, f"log: {_LOGS.get(path.stem, path.stem)}"
-    for path in sorted(results.folder.glob("layout.json")):
-        yield path, "the layout for viewers of these logs"
 
 
 _HERE = Path(__file__).parent
@@ -105,7 +86,7 @@ def write_sources(project: Path, into: Path) -> list[Page]:
             notebook = project / "notebooks" / f"{experiment.name}.ipynb"
             shown = f"notebook-{experiment.name}" if notebook.exists() else ""
             pages.append(page_of(experiment, results, shown))
-            _copy((*pages[-1]["figures"], *(file for file, _ in pages[-1]["files"])), into / experiment.name)
+            _copy((*pages[-1]["figures"], *pages[-1]["files"]), into / experiment.name)
     if not pages:
         raise InputError(f"{root}: there are no results to report; run `dvc repro` first")
     notebooks = [project / "notebooks" / f"{page['experiment'].name}.ipynb" for page in pages if page["notebook"]]

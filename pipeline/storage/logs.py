@@ -8,7 +8,7 @@ import math
 import struct
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import lru_cache
 from io import BytesIO
 from pathlib import Path
@@ -32,24 +32,20 @@ TIME = "t"
 class Series:
     """A topic: `fields` over `times` [s], each of shape (n,), float64; NaN where a field has no value.
 
-    Times are finite, not negative and never decrease. `units` gives the units of some or all fields.
+    Times are finite, not negative and never decrease.
     """
 
     topic: str
     times: Array
     fields: Mapping[str, Array]
-    units: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def schema(self) -> dict[str, Any]:
         """The JSON schema of the messages."""
         if TIME in self.fields:
             raise ValueError(f"{self.topic}: a field has another name than {TIME!r}, the name of the time: rename it")
-        units = {TIME: "s", **self.units}
-        properties = {
-            name: {"type": "number", **({"description": units[name]} if name in units else {})}
-            for name in (TIME, *self.fields)
-        }
+        properties: dict[str, Any] = {TIME: {"type": "number", "description": "s"}}
+        properties |= {name: {"type": "number"} for name in self.fields}
         return {"type": "object", "properties": properties, "required": [TIME], "additionalProperties": False}
 
     @property
@@ -62,11 +58,9 @@ class Series:
     @classmethod
     def of(cls, topic: str, schema: Mapping[str, Any], messages: Sequence[Mapping[str, Any]]) -> Self:
         """Return the series with this schema and these messages."""
-        properties = schema["properties"]
-        columns = {name: np.array([of.get(name, np.nan) for of in messages], dtype=float) for name in properties}
-        units = {name: about["description"] for name, about in properties.items() if "description" in about}
-        units.pop(TIME, None)
-        return cls(topic, columns.pop(TIME), columns, units)
+        names = schema["properties"]
+        columns = {name: np.array([of.get(name, np.nan) for of in messages], dtype=float) for name in names}
+        return cls(topic, columns.pop(TIME), columns)
 
 
 @dataclass(frozen=True)

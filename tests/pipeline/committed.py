@@ -8,9 +8,8 @@ from typing import Any
 import pytest
 
 from pipeline.experiments import load_experiments
-from pipeline.experiments.load import read_fit_of
 from pipeline.loops.trajectory import Courses, read_loops
-from pipeline.storage.archive import Fitted
+from pipeline.storage.archive import Fitted, read_fit
 from pipeline.storage.results import Results
 from tests.project import ROOT
 
@@ -27,7 +26,7 @@ def content(path: Path) -> Any:
 @cache
 def fitted(name: str) -> Fitted:
     """Return the references of an experiment."""
-    return read_fit_of(EXPERIMENTS[name], RESULTS[name])
+    return read_fit(RESULTS[name])
 
 
 @cache

@@ -22,4 +22,16 @@ def test_margin_profile_against_a_loop(plant, which):
         assert profile.margins[k] == pytest.approx(min(margins), abs=1e-12)
         assert profile.times[k] == pytest.approx(inside[np.argmin(margins)], abs=1e-12)
     assert profile.worst == (np.min(profile.margins), profile.times[np.argmin(profile.margins)])
-    assert profile.violated_steps == [k for k in range(31) if profile.at_steps[k] < 0]
+    assert profile.violated == [k for k in range(31) if profile.at_steps[k] < 0]
+
+
+@pytest.mark.parametrize(("last", "together"), [(0, 1), (1000, 1), (1001, 2), (2001, 2), (5005, 6)])
+def test_a_row_is_the_smallest_of_its_intervals(last: int, together: int) -> None:
+    reference = Reference((SIGNAL,), next(iter(PLANTS.values())))
+    profile, T = margin_profiles(reference, last, 3)[0], reference.plant.sampling_time
+    first = np.arange(0, last + 1, together)
+    margins = profile.quantity.margin(reference.signals, reference.instants(np.arange(3 * (last + 1)) / 3))
+    np.testing.assert_array_equal(profile.starts, T * first)
+    np.testing.assert_allclose(profile.margins, np.minimum.reduceat(margins, 3 * first), atol=1e-12)
+    np.testing.assert_allclose(profile.at_steps, np.minimum.reduceat(margins[::3], first), atol=1e-12)
+    assert np.all((profile.starts <= profile.times) & (profile.times < profile.starts + together * T))

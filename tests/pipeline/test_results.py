@@ -4,21 +4,27 @@
 """
 
 import json
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
 
 from pipeline.loops import disturbed as runs
-from pipeline.loops.trajectory import by_reference
+from pipeline.loops.trajectory import Course, by_reference
 from pipeline.storage.archive import read_stage
 from pipeline.storage.logs import below
-from pipeline.storage.results import read_numbers
 from pipeline.story import table_of_methods
 from tests.pipeline.committed import BY_NAME, EXPERIMENTS, RESULTS, content, fitted, loops
+from trackably.arrays import Array
 from trackably.checker import Proved, Refuted, check
 from trackably.control.controller import Controller
 from trackably.control.simulation import simulate
 from trackably.control.tube import TubeController
+
+
+def together(course: Course, names: Sequence[str]) -> Array:
+    return np.stack([course[name] for name in names], axis=-1)
+
 
 DISTURBED = pytest.mark.parametrize("name", [name for name, of in EXPERIMENTS.items() if of.disturbance])
 
@@ -49,30 +55,17 @@ def test_prices_are_differences_of_objectives_and_sums_over_bounds(name: str) ->
 
 
 @BY_NAME
-def test_active_bounds_survive_their_log(name: str) -> None:
-    series = {series.topic: series for series in read_stage(RESULTS[name], "fit").series}
-    for active in fitted(name).learned["joint"].active_bounds:
-        topic = series[f"/active_bounds/joint/{active.name}"]
-        (row,) = np.flatnonzero(topic.times == active.time)
-        logged = {field: float(values[row]) for field, values in topic.fields.items()}
-        side = {"lower": -1.0, "upper": 1.0}[active.side]
-        assert logged == {"side": side, "multiplier": active.multiplier, "price": active.price}
-
-
-@BY_NAME
 def test_summary_and_tables_hold_what_the_metrics_say(name: str) -> None:
-    metrics, summary, margins = (
-        content(RESULTS[name].metrics),
-        content(RESULTS[name].summary),
-        read_numbers(RESULTS[name].folder / "margins.csv"),
-    )
+    metrics, summary = content(RESULTS[name].metrics), content(RESULTS[name].summary)
     widths = {quantity.name: quantity.bounds.width for quantity in EXPERIMENTS[name].plant.quantities}
-    assert list(margins) == ["time", *metrics]
+    margins = {series.topic: series.fields for series in read_stage(RESULTS[name], "verification").series}
+    assert list(margins) == [f"/margins/{method}" for method in metrics]
     for method in ("unconstrained", "joint"):
         assert summary[f"objective_{method}"] == metrics[method]["objective"]
         relative = [metrics[method][f"worst_{name}_margin"] / width for name, width in widths.items()]
         assert summary[f"worst_relative_margin_{method}"] == pytest.approx(min(relative), rel=1e-12)
-        assert min(margins[method]) == summary[f"worst_relative_margin_{method}"]
+        logged = [min(margins[f"/margins/{method}"][f"{name}_margin"]) / width for name, width in widths.items()]
+        assert min(logged) == summary[f"worst_relative_margin_{method}"]
     assert summary["price_joint"] == metrics["joint"]["price"]
     rows = {row[0]: row[-1] for row in table_of_methods(RESULTS[name]).rows}
     assert rows == {method: found["proof"].startswith("proved for") for method, found in metrics.items()}
@@ -107,7 +100,7 @@ def test_loops_have_a_plan_at_each_step_on_what_is_proved_and_their_log_holds_wh
             said, lost = counted[reference][start], course.infeasible
             assert len(lost) <= said["infeasible_steps"]
             assert said["first_infeasible_step"] in (None, *lost)
-            states, inputs = course.together(system.states), course.together(system.inputs)
+            states, inputs = together(course, system.states), together(course, system.inputs)
             moved = system.successor(states[:-1], inputs[:-1])
             np.testing.assert_allclose(moved, states[1:], atol=1e-12)
     if "online" in counted:
@@ -133,7 +126,7 @@ def test_robust_references_leave_room_and_disturbed_loops_on_them_break_nothing(
         # A loop that is given up has no input at its last step, and no row for it.
         assert said["steps_without_plan"] - len(course.infeasible) in {0, 1}
         assert said["first_step_without_plan"] in {None, *course.infeasible}
-        worst = np.min(EXPERIMENTS[name].plant.state_set.margin(course.together(states)[1:]))
+        worst = np.min(EXPERIMENTS[name].plant.state_set.margin(together(course, states)[1:]))
         assert worst == said["worst_state_margin"]
     ends, single = loops(name)["/disturbed_range"], below(loops(name), "disturbed_runs").values()
     for run in single:

@@ -4,7 +4,6 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 
-from pipeline.storage.archive import read_margins
 from pipeline.storage.results import Results
 from pipeline.story import (
     pictures,
@@ -17,6 +16,7 @@ from pipeline.story import (
     told_of_unconstrained,
 )
 from pipeline.theorem import Proved, read_record, write_record
+from pipeline.verify import margins_of
 from tests.pipeline.committed import BY_NAME, EXPERIMENTS, RESULTS, content, fitted
 from tests.project import ROOT
 
@@ -66,9 +66,9 @@ def test_fewer_centres_than_samples_are_told(tmp_path: Path) -> None:
 
 @BY_NAME
 def test_every_committed_result_can_be_told(name: str) -> None:
-    results, learned = RESULTS[name], fitted(name).learned
+    results = RESULTS[name]
     assert pictures(results, "margins", "nothing") == f"![margins](../{results.figure('margins')})"
-    assert "leaves its bounds" in told_of_unconstrained(read_margins(results, learned))
+    assert "leaves its bounds" in told_of_unconstrained(margins_of(EXPERIMENTS[name], fitted(name)))
     metrics = content(results.metrics)
     for method, of in metrics.items():
         assert f"- `{method}`: {of['proof']}" in told_of_proofs(results)

@@ -3,24 +3,21 @@
 do-mpc and CasADi are not imported: the user's controller makes the structures that are filled here.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from trackably.arguments import real
 from trackably.arrays import ArrayLike
-from trackably.exports.proved import Proved, require_known, values_at
-
-Parameters = Mapping[str, str | Sequence[str]]
-"""For each time-varying parameter of a model, the state or input that it holds, or several of them."""
+from trackably.exports.proved import Proved, values_at
 
 TimeVarying = Callable[[ArrayLike], Any]
 
 _OF_STEP = 1e-6  # a clock that is this near to a step, in sampling times, is at the step
 
 
-def tvp_function(proved: Proved, controller: Any, parameters: Parameters | None, start: float) -> TimeVarying:
+def tvp_function(proved: Proved, controller: Any, start: float) -> TimeVarying:
     """Return the argument of `controller.set_tvp_fun`; see `ProvedReference.to_do_mpc`."""
     plant = proved.reference.plant
     if not hasattr(controller, "settings"):
@@ -31,8 +28,13 @@ def tvp_function(proved: Proved, controller: Any, parameters: Parameters | None,
             f"to_do_mpc: the controller's t_step must be the sampling time for which the reference is proved, "
             f"{plant.sampling_time:g} s, got {step:g} s"
         )
-    declared = [str(name) for name in list(controller.model.tvp.keys()) if name != "default"]
-    names = _names_held(proved, declared, parameters)
+    expected, declared = {f"{name}_ref": name for name in plant.names}, {*controller.model.tvp.keys()}
+    names = {parameter: name for parameter, name in expected.items() if parameter in declared}
+    if not names:
+        raise ValueError(
+            f"to_do_mpc: the model declares none of {', '.join(expected)} by set_variable('_tvp', …); declare "
+            "those that its cost needs"
+        )
     horizon = getattr(controller.settings, "n_horizon", None)
     first = _nearby(real("to_do_mpc: start", start) / step)
 
@@ -43,9 +45,9 @@ def tvp_function(proved: Proved, controller: Any, parameters: Parameters | None,
         before = steps[0] - np.arange(elapsed, 0.0, -1.0) if plant.angles else steps[:0]
         every = np.concatenate([before, steps])
         values, template = values_at(proved, every), controller.get_tvp_template()
-        for name, held in names.items():
-            for k, row in enumerate(np.column_stack([values[of] for of in held])[len(before) :]):
-                template[(name,) if horizon is None else ("_tvp", k, name)] = row
+        for parameter, name in names.items():
+            for k, value in enumerate(values[name][len(before) :].tolist()):
+                template[(parameter,) if horizon is None else ("_tvp", k, parameter)] = value
         return template
 
     return tvp_fun
@@ -67,25 +69,3 @@ def _nearby(steps: float) -> float:
     """Return the whole number nearest to a quotient of rounded times, if it is close; otherwise the quotient."""
     whole = float(np.round(steps))
     return whole if abs(steps - whole) <= _OF_STEP else steps
-
-
-def _names_held(proved: Proved, declared: Sequence[str], parameters: Parameters | None) -> dict[str, list[str]]:
-    """Return for each parameter the names of the states and inputs that it holds.
-
-    ValueError: a parameter or a name is unknown, or none of the expected parameters is declared.
-    """
-    known = proved.reference.plant.names
-    if parameters is None:
-        parameters = {f"{name}_ref": name for name in known if f"{name}_ref" in declared}
-        if not parameters:
-            expected = ", ".join(f"{name}_ref" for name in known)
-            raise ValueError(
-                f"to_do_mpc: the model declares none of {expected} by set_variable('_tvp', …); declare one, or say "
-                "what each parameter holds, as in parameters={'x_ref': ['position', 'velocity']}"
-            )
-    found = {parameter: [of] if isinstance(of, str) else list(of) for parameter, of in parameters.items()}
-    for parameter, of in found.items():
-        if parameter not in declared:
-            raise ValueError(f"to_do_mpc: the model has no parameter {parameter}, only {', '.join(declared) or 'none'}")
-        require_known("to_do_mpc", of, proved)
-    return found

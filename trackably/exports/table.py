@@ -1,7 +1,6 @@
 """References as tables with units in the header, one row for each step."""
 
 import csv
-import re
 from collections.abc import Iterable, Mapping
 from io import StringIO
 from pathlib import Path
@@ -15,8 +14,6 @@ from trackably.files import new_file, write_atomically, write_text
 
 Units = Mapping[str, str]
 """Units of states and inputs, by name."""
-
-_UNIT = re.compile(r" \[([^\[\]]+)\]$")
 
 
 def columns(proved: Proved, first: int | None, count: int | None, units: Units | None) -> dict[str, Array]:
@@ -60,28 +57,19 @@ def csv_text(rows: Iterable[Iterable[Any]]) -> str:
 
 
 def write_parquet(proved: Proved, path: Path | str, first: int | None, count: int | None, units: Units | None) -> Path:
-    """Write a table as Parquet; metadata of its columns hold the units, and metadata of the file the proved statement.
+    """Write a table as Parquet; metadata of the file hold the proved statement and the sampling time.
 
     MissingExtra: pyarrow is not installed.
     """
-    with optional("to_parquet"):
-        import pyarrow as pa  # noqa: PLC0415
-    table = columns(proved, first, count, units)
     statement = {
         "trackably": proved.certificate.explanation,
         "sampling_time": repr(float(proved.reference.plant.sampling_time)),
     }
-    fields = [
-        pa.field(
-            head, pa.float64(), nullable=False, metadata={"unit": unit[1]} if (unit := _UNIT.search(head)) else None
-        )
-        for head in table
-    ]
-    return put_parquet(table, path, pa.schema(fields, metadata=statement))
+    return put_parquet(columns(proved, first, count, units), path, statement)
 
 
-def put_parquet(table: Mapping[str, Any], path: Path | str, schema: Any = None) -> Path:
-    """Write columns as Parquet, with the types and metadata of a `schema` if there is one; return the path.
+def put_parquet(table: Mapping[str, Any], path: Path | str, metadata: Mapping[str, str] | None = None) -> Path:
+    """Write columns as Parquet, with metadata of the file if there are any; return the path.
 
     MissingExtra: pyarrow is not installed.
     """
@@ -89,6 +77,6 @@ def put_parquet(table: Mapping[str, Any], path: Path | str, schema: Any = None) 
         import pyarrow as pa  # noqa: PLC0415
         from pyarrow import parquet  # noqa: PLC0415
     content = pa.BufferOutputStream()
-    parquet.write_table(pa.table(dict(table), schema=schema), content)
+    parquet.write_table(pa.table(dict(table), metadata=metadata), content)
     write_atomically(file := new_file("to_parquet", path), content.getvalue().to_pybytes())
     return file

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from trackably.exports.acados import SlidingReferences
     from trackably.exports.control import FlatTrajectory
-    from trackably.exports.do_mpc import Parameters, TimeVarying
+    from trackably.exports.do_mpc import TimeVarying
     from trackably.exports.ros2 import Joints
     from trackably.exports.table import Units
 
@@ -156,20 +156,19 @@ class ProvedReference(ABC):
 
         return html(self)
 
-    def to_do_mpc(self, controller: Any, parameters: Parameters | None = None, start: float = 0.0) -> TimeVarying:
+    def to_do_mpc(self, controller: Any, start: float = 0.0) -> TimeVarying:
         """Return the `tvp_fun` of a do-mpc controller or simulator: states and inputs over its horizon.
 
         The model declares the parameters that it needs, for example by set_variable('_tvp', 'position_ref'): they are
-        named after states and inputs, with _ref. `parameters` gives other names: {'x_ref': ['position', 'velocity'],
-        'u_ref': 'force'}. The controller's time zero is `start` [s] of the reference. Stage j at time t holds x_r and
-        u_r at t + j T_s.
+        named after states and inputs, with _ref. The controller's time zero is `start` [s] of the reference. Stage j at
+        time t holds x_r and u_r at t + j T_s.
 
-        ValueError: the controller's t_step is not T_s, or a parameter is not declared. The returned function raises
+        ValueError: the controller's t_step is not T_s, or no parameter is declared. The returned function raises
         ValueError if the horizon reaches times that are not proved.
         """
         from trackably.exports.do_mpc import tvp_function  # noqa: PLC0415
 
-        return tvp_function(self, controller, parameters, start)
+        return tvp_function(self, controller, start)
 
     def to_acados(self, horizon: int) -> SlidingReferences:
         """Return the references of an acados solver with N = `horizon` stages of T_s each.

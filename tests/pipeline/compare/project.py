@@ -130,7 +130,7 @@ def build(root: Path) -> Path:
     (results / "figures/margins.svg").write_text(figure())
     write(root / "notebooks/example1.ipynb", NOTEBOOK)
     times = np.arange(10) / 100
-    mean = Series("/references/sound", times, {"mean": times * 10, "std": np.full(10, 0.1)}, {"mean": "1"})
+    mean = Series("/references/sound", times, {"mean": times * 10, "std": np.full(10, 0.1)})
     samples = Series("/samples", times, {"value": np.sin(times)})
     about = {"experiment": {"name": "example1", "written_by": "fit"}}
     write_log(root / LOG, Log((mean, samples), about, {"sound.json": json.dumps(LEARNED).encode()}))

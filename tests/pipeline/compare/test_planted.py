@@ -55,22 +55,22 @@ MOVED: dict[str, tuple[Plant, str, str]] = {
     "a colour": (
         edit_text(FIGURE, "#d55e00", "#0072b2"),
         "example1/figures/margins.svg",
-        "axes_1/line2d_1/path[1]: style",
+        "line2d_1 path: style",
     ),
     "a point": (
         edit_text(FIGURE, "L 3 1", "L 3 1.9"),
         "example1/figures/margins.svg",
-        "axes_1/line2d_1/path[1]: d: centre y",
+        "line2d_1 path: centre y",
     ),
     "a word on a figure": (
         edit_text(FIGURE, "step $k$", "time"),
         "example1/figures/margins.svg",
-        "axes_1/text_1/comment[1]: text",
+        "text_1 comment: text",
     ),
     "a curve": (
         edit_text(FIGURE, "L 4 2", "L 4 2 L 9 2"),
         "example1/figures/margins.svg",
-        "axes_1/line2d_1/path[1]: d: right",
+        "line2d_1 path: right",
     ),
     "a number in a notebook": (
         edit_text(NOTEBOOK, "0.659325", "0.659345"),

@@ -11,7 +11,7 @@ from pipeline.compare.claims import Claims
 from pipeline.compare.comparison import compare
 from pipeline.compare.model import JudgedClaim
 from pipeline.storage.results import read_numbers, to_csv
-from tests.pipeline.compare.project import LEARNED, RESULTS, TOLERANCES, compared, edit_text, metric, moved
+from tests.pipeline.compare.project import RESULTS, TOLERANCES, compared, edit_text, metric, moved
 
 BOUND = {"file": "example1/iterations.csv", "column": "bound"}
 
@@ -39,6 +39,13 @@ def test_claims_about_tables_and_logs(base: Path, new: Path) -> None:
     assert [verdict.holds for verdict in verdicts] == [True, False, False]
     assert (verdicts[1].found, verdicts[2].found) == (82, ABSENT)
     assert verdicts[2].reason == "example1/fit.mcap is not there"
+    for value, said in (
+        ({"file": "example1/metrics.json", "path": "sound.none"}, "metrics.json: there is no value sound.none"),
+        ({**BOUND, "column": "none"}, "iterations.csv: there is no column none"),
+        ({**BOUND, "where": {"k_bar": {"above": 83}}}, "iterations.csv: no row of column 'bound' meets"),
+        ({"file": "example1/fit.mcap", "topic": "/none", "column": "t"}, "fit.mcap: there is no /none"),
+    ):
+        assert judged(base, base, value=value, at_least=0).new.reason.startswith(f"example1/{said}")
 
 
 def test_claims_may_be_about_a_whole_curve(base: Path, tmp_path: Path) -> None:
@@ -66,14 +73,3 @@ def test_claims_may_be_about_two_values_of_the_same_results(base: Path, new: Pat
     assert claim.expected == "≥ iterations.csv bound (last)"
     claim = judged(base, new, value=mean, at_most=BOUND)
     assert (claim.base.holds, claim.new.holds) == (False, True)
-
-
-def test_claims_may_be_about_attachments_of_logs(base: Path) -> None:
-    def of(name: str, path: str) -> JudgedClaim:
-        value = {"file": "example1/fit.mcap", "topic": f"attachment {name}.json", "path": path}
-        return judged(base, base, value=value, at_least=0)
-
-    weight = LEARNED["reference"]["signals"][0]["weights"][0]
-    assert of("sound", "reference.signals[0].weights[0]").new.found == weight
-    assert of("none", "weights").new.reason == "example1/fit.mcap: there is no attachment none.json"
-    assert of("sound", "none").new.reason == "example1/fit.mcap: there is no value none"

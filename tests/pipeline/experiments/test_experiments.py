@@ -40,7 +40,7 @@ NAMES = [
     ("../tank", "letters from a to z, digits, hyphens and underscores, and begins with a letter or a digit"),
     ("Behälter", "the name 'Behälter' is not allowed"),
     ("7", "the name 7 is not allowed: .*quote a name that is a number"),
-    ("guide", "the name 'guide' is reserved: notebooks/guide.ipynb is the guide"),
+    ("guide", "the name 'guide' is reserved, as a notebook or a folder of the project has it"),
     ("Example1", "the names 'example1' and 'Example1' differ only by case"),
 ]
 

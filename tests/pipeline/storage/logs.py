@@ -15,7 +15,6 @@ LOG = Log(
             "/reference/sound",
             TIMES,
             {"value": np.array([0.1, NAN, -0.0, 5e-324, 1.7e308]), "left.rate": np.array([NAN] * 4 + [1.0])},
-            {"value": "m", "left.rate": "m/s"},
         ),
         Series("/other", TIMES[:3] / 2, {"never": np.full(3, NAN)}),
         Series("/without_rows", np.array([]), {"value": np.array([])}),
