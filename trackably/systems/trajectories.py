@@ -137,16 +137,16 @@ class Trajectory:
 
         None if q depends on several signals, or on one in a nonlinear way.
         """
-        anywhere = self.slopes({name: np.array(np.nan) for name, _ in self.arguments})
-        if any(map(np.isnan, anywhere.values())):  # a slope that depends on an argument is NaN if the argument is
+        slopes = self.slopes({name: np.array(np.nan) for name, _ in self.arguments})
+        gains = np.array([slopes[name] for name, _ in self.arguments])
+        if not np.isfinite(gains).all():  # a slope that depends on an argument is NaN if the argument is
             return None
-        count = len(self.arguments[0][1].weights)
-        slopes = self.slopes(self.arguments_at([np.zeros_like] * count, np.zeros(())))
-        signals = self._functionals.combined(np.array([slopes[name].item() for name, _ in self.arguments]))
+        signals = self._functionals.combined(gains)
         if len(signals) != 1:
             return None
         ((signal, weights),) = signals
-        return signal, Stencil(tuple(weights.tolist()), self.sampling_time, self.at_rest([0.0] * count))
+        at_zero = self.at_rest([0.0] * len(self.arguments[0][1].weights))
+        return signal, Stencil(tuple(weights.tolist()), self.sampling_time, at_zero)
 
     @property
     def sampling_time(self) -> float:
