@@ -47,7 +47,7 @@ from trackably.systems.intervals import Interval
 from trackably.systems.linear import LinearSystem
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.polytopes import Polytope
-from trackably.systems.rationals import float_above
+from trackably.systems.rationals import exact, float_above
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening
 
@@ -256,7 +256,10 @@ def true_signal(reference: Reference, sought: TrueSignal, robust: Tightening | N
     errors = np.maximum(errors, 0.0)
     errors += np.max(errors) * _ROUNDING or _ROUNDING
     proved = replace(found, errors=tuple(errors.tolist()))
-    return replace(proved, plant=None if robust is None else _of_plant(proved, robust, state))
+    if robust is None:
+        return proved
+    row = exact(np.eye(1, len(robust.given.system.states), state)[0]).tolist()
+    return replace(proved, plant=float_above(Fraction(proved.error) + max(robust.taken_from("state", row))))
 
 
 def _with_sides(known: TrueSignal, count: int, values: Callable[[Array], Array]) -> TrueSignal:
@@ -386,12 +389,6 @@ def _largest(gap: Model | None) -> float:
     return float(np.max(bernstein_of(stack(gap.coefficients, (1,))).high)) + float(gap.missed.b)
 
 
-def _of_plant(proved: TrueSignal, robust: Tightening, state: int) -> float:
-    """Return ε plus the largest deviation of the disturbed plant's state from that of the reference, rounded up."""
-    row = [Fraction(int(i == state)) for i in range(len(robust.given.system.states))]
-    return float_above(Fraction(proved.error) + max(robust.taken_from("state", row)))
-
-
 # Linear programs over the signals of a class whose highest bounded derivative is piecewise constant.
 
 
@@ -440,11 +437,6 @@ class Signals:
         cost[self.courses.steps.shape[2] * int(np.searchsorted(self.knots, t))] = -sign
         found = self.courses.minimise(cost)
         return found and (-sign * found[0] * self.unit, found[1])
-
-    def ends_at(self, t: float) -> tuple[float, float] | None:
-        """Return the least and the largest value of all signals at the knot t [s]; None if they are not found."""
-        low, high = self.extreme(t, -1), self.extreme(t, 1)
-        return low and high and (low[0], high[0])
 
 
 def no_signal(name: str, of: SignalClass) -> NoSignal | None:
@@ -623,8 +615,12 @@ def _radius(truth: TrueSignal) -> float:
     times = subdivide(np.array(truth.ends), 2)
     upper, lower = sides_at(truth, times)
     widest = float(times[int(np.argmax(upper - lower))])
-    ends = next(filter(None, (Signals.of(truth.of, (widest,), cells).ends_at(widest) for cells in _FINER)), None)
-    return 0.0 if ends is None else max(0.0, (ends[1] - ends[0]) / 2)
+    for cells in _FINER:
+        signals = Signals.of(truth.of, (widest,), cells)
+        high, low = (signals.extreme(widest, sign) for sign in (1, -1))
+        if high and low:
+            return max(0.0, (high[0] - low[0]) / 2)
+    return 0.0
 
 
 def _least_error(plant: ConstrainedSystem, truth: TrueSignal) -> float:
