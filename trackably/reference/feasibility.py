@@ -61,8 +61,9 @@ class Steps:
         X, U = self.plant.state_set.rows, self.plant.input_set.rows
         bounded = scipy.sparse.kron(scipy.sparse.eye_array(self.count), scipy.linalg.block_diag(X, U))
         names = self.plant.names
-        at = [value.step * len(names) + names.index(value.name) for value in self.values]
-        return scipy.sparse.csr_array(scipy.sparse.vstack([bounded, unit_rows(at, self.count * len(names))]))
+        at = np.array([value.step * len(names) + names.index(value.name) for value in self.values], dtype=int)
+        unit_rows = scipy.sparse.eye_array(self.count * len(names), format="csr")[at]
+        return scipy.sparse.csr_array(scipy.sparse.vstack([bounded, unit_rows]))
 
     @cached_property
     def ends(self) -> Array:
@@ -101,7 +102,7 @@ class Steps:
 
 
 def steps_of(plant: ConstrainedSystem, claim: Claim, pinned: Iterable[Waypoint]) -> Iterator[Steps]:
-    """Group waypoints whose times are whole steps apart, and yield the claimed steps for each group.
+    """Group waypoints, sorted by time, whose times are whole steps apart, and yield the claimed steps for each group.
 
     Without waypoints, yield the steps from the start of the claim, once.
 
@@ -112,7 +113,7 @@ def steps_of(plant: ConstrainedSystem, claim: Claim, pinned: Iterable[Waypoint])
     step, most = plant.sampling_time, _MOST_UNKNOWNS // len(coordinates(plant))
     first, last = claim.span
     every: list[list[Waypoint]] = []
-    for one in sorted(pinned, key=lambda of: of.time):
+    for one in pinned:
         for others in every:
             apart = (one.time - others[0].time) / step
             if abs(apart - round(apart)) < WINDOW:
@@ -185,12 +186,6 @@ class Courses:
             return None
         at_upper, at_lower = -found.ineqlin.marginals.reshape(2, -1)
         return float(found.fun), at_upper - at_lower
-
-
-def unit_rows(columns: Sequence[int] | Array, count: int) -> Any:
-    """Return the rows of the identity matrix with these indices, of `count` columns."""
-    each = np.arange(len(columns))
-    return scipy.sparse.csr_array((np.ones(len(each)), (each, columns)), shape=(len(each), count))
 
 
 @dataclass(frozen=True, eq=False)

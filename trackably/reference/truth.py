@@ -14,6 +14,7 @@ from itertools import pairwise
 from typing import Any, Self
 
 import numpy as np
+import scipy
 
 from trackably.arguments import instance, positive, real
 from trackably.arrays import Array, ArrayLike, subdivide
@@ -41,7 +42,7 @@ from trackably.checker.truth import (
     side,
 )
 from trackably.gp.samples import Samples
-from trackably.reference.feasibility import Courses, Steps, least, unit_rows
+from trackably.reference.feasibility import Courses, Steps, least
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
 from trackably.systems.linear import LinearSystem
@@ -424,7 +425,8 @@ class Signals:
         at = [(n + 1) * np.searchsorted(knots, measured.times) + order for order, measured in enumerate(every)]
         values = np.concatenate([measured.values for measured in every]) / unit
         noise = np.concatenate([np.full(len(measured.times), measured.noise) for measured in every]) / unit
-        rows, growth = unit_rows(np.concatenate(at), len(bounds)), np.where(noise > 0, noise, 1.0)
+        rows = scipy.sparse.eye_array(len(bounds), format="csr")[np.concatenate(at)]
+        growth = np.where(noise > 0, noise, 1.0)
         steps = np.moveaxis(np.array(moves), 2, 0)
         return cls(Courses(steps, np.zeros(n), rows, values - noise, values + noise, growth, bounds), knots, unit)
 
