@@ -163,6 +163,10 @@ class Courses:
     growth: Array
     bounds: Sequence[tuple[float | None, float | None]]
 
+    def least_growth(self) -> tuple[float, Array] | None:
+        """Return the least e for which there are such vectors, and the multipliers as `minimise` does."""
+        return self.minimise(np.append(np.zeros(len(self.bounds)), 1.0), most=None)
+
     def minimise(self, cost: Array, most: float | None = 0.0) -> tuple[float, Array] | None:
         """Return the least cost · (v, e) for 0 ≤ e ≤ most (None: without limit), and the multipliers of the rows (r,).
 
@@ -226,7 +230,7 @@ def least(steps: Steps, relaxed: Flags) -> Least | None:
         relaxed.astype(float),
         [(None, None)] * len(every),
     )
-    found = courses.minimise(np.append(np.zeros(len(every)), 1.0), most=None)
+    found = courses.least_growth()
     return None if found is None else Least(steps, found[0], found[1] / widths)
 
 

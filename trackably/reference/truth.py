@@ -394,14 +394,13 @@ def _largest(gap: Model | None) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class Signals:
-    """The signals of a class as trajectories (`courses`) of values, and of slopes if the second derivative is bounded.
+class Signals(Courses):
+    """The signals of a class as trajectories of values, and of slopes if the second derivative is bounded.
 
     The highest derivative is constant between two `knots` [s]. Values are divided by `unit`, the noise of the samples
     (if this is zero, a part of their range).
     """
 
-    courses: Courses
     knots: Array
     unit: float
 
@@ -428,16 +427,16 @@ class Signals:
         rows = scipy.sparse.eye_array(len(bounds), format="csr")[np.concatenate(at)]
         growth = np.where(noise > 0, noise, 1.0)
         steps = np.moveaxis(np.array(moves), 2, 0)
-        return cls(Courses(steps, np.zeros(n), rows, values - noise, values + noise, growth, bounds), knots, unit)
+        return cls(steps, np.zeros(n), rows, values - noise, values + noise, growth, bounds, knots, unit)
 
     def extreme(self, t: float, sign: int) -> tuple[float, Array] | None:
         """Return the largest value of all signals at the knot t [s], and the multipliers of the measurements.
 
         For `sign` −1, it is the least value. None if it is not found.
         """
-        cost = np.zeros(len(self.courses.bounds) + 1)
-        cost[self.courses.steps.shape[2] * int(np.searchsorted(self.knots, t))] = -sign
-        found = self.courses.minimise(cost)
+        cost = np.zeros(len(self.bounds) + 1)
+        cost[self.steps.shape[2] * int(np.searchsorted(self.knots, t))] = -sign
+        found = self.minimise(cost)
         return found and (-sign * found[0] * self.unit, found[1])
 
 
@@ -490,8 +489,7 @@ def _contradicting(of: SignalClass, cells: int) -> Array | None:
 
     They are scaled so that the largest absolute value is 1. None if no contradiction is found.
     """
-    courses = Signals.of(of, cells=cells).courses
-    found = courses.minimise(np.append(np.zeros(len(courses.bounds)), 1.0), most=None)
+    found = Signals.of(of, cells=cells).least_growth()
     if found is None or found[0] <= _LEAST_GROWTH:
         return None
     multipliers = -found[1] / np.max(np.abs(found[1]))
