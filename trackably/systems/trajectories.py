@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
+from itertools import zip_longest
 from typing import Self
 
 import numpy as np
@@ -88,14 +89,12 @@ class Functionals:
     @cached_property
     def _weights(self) -> list[tuple[int, Indices, Array]]:
         """For each signal c with a nonzero weight: c, the J shifts that F functionals need, and the weights (F, J)."""
-        found, rounded = [], [dict(functional.rounded) for functional in self.functionals]
-        for c in sorted(set().union(*rounded)):
-            rows = [of.get(c, np.zeros(1)) for of in rounded]
-            weights = np.zeros((len(rows), max(map(len, rows))))
-            for row, w in zip(weights, rows, strict=True):
-                row[: len(w)] = w
+        found = []
+        for c, every in enumerate(zip(*(q.weights for q in self.functionals), strict=True)):
+            weights = np.array([*zip(*zip_longest(*every, fillvalue=0), strict=True)], dtype=float)
             (shifts,) = np.nonzero(np.any(weights, axis=0))
-            found.append((c, shifts, weights[:, shifts]))
+            if shifts.size:
+                found.append((c, shifts, weights[:, shifts]))
         return found
 
 
