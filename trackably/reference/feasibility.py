@@ -288,7 +288,7 @@ def _of_linear(steps: Steps) -> Impossible | None:
         given, missing = steps.text(last), missing * steps.widths[-1].item()
         of_others = found.is_active[steps.order >= 0][:-1].tolist()
         values = [steps.text(value) for value, is_active in zip(others, of_others, strict=True) if is_active]
-    return _accept(Impossible(given, missing, (*values, *_bounds(found)), _multipliers(found, missing)))
+    return _accept(Impossible(given, missing, (*values, *_bounds(found)), _multipliers(found)))
 
 
 def _accept(found: Impossible) -> Impossible | None:
@@ -304,10 +304,10 @@ def _accept(found: Impossible) -> Impossible | None:
     return None
 
 
-def _file(steps: Steps, first: int, count: int, missing: float, proof: Mapping[str, Any]) -> dict[str, Any]:
+def _file(steps: Steps, first: int, count: int, proof: Mapping[str, Any]) -> dict[str, Any]:
     """Return the content of a contradiction's file: the plant and the given values at `count` steps from `first` on.
 
-    `missing` is how far constraints have to be relaxed at least; the multipliers or boxes in `proof` show it.
+    The multipliers or boxes in `proof` show how far constraints have to be relaxed at least, which `_accept` adds.
     """
     return {
         "format": FORMAT,
@@ -318,7 +318,6 @@ def _file(steps: Steps, first: int, count: int, missing: float, proof: Mapping[s
         "values": [
             {**vars(value), "step": value.step - first} for value in steps.values if first <= value.step < first + count
         ],
-        "missing": missing,
         "proof": proof,
     }
 
@@ -356,7 +355,7 @@ def _gap(steps: Steps, gap: Gap, missing: float) -> Impossible | None:
     wanted = before.pop((gap.step, gap.name), bound)
     among = [*before.values(), *(f"{name} in {of}" for name, of in bounds.items() if of)]
     proof = {"kind": "boxes", **vars(gap)}
-    return _accept(Impossible(wanted, missing, tuple(among), _file(steps, 0, gap.step + 1, missing, proof)))
+    return _accept(Impossible(wanted, missing, tuple(among), _file(steps, 0, gap.step + 1, proof)))
 
 
 def _contradiction(steps: Steps) -> Least | None:
@@ -379,7 +378,7 @@ def _contradiction(steps: Steps) -> Least | None:
     return None
 
 
-def _multipliers(found: Least, missing: float) -> dict[str, Any]:
+def _multipliers(found: Least) -> dict[str, Any]:
     """Return the content of a contradiction's file, from the first to the last step with a nonzero multiplier.
 
     The file covers at least n steps, where n is the number of states.
@@ -398,7 +397,7 @@ def _multipliers(found: Least, missing: float) -> dict[str, Any]:
         "inputs": within[:, r:].tolist(),
         "values": [y for value, y in zip(steps.values, of_values, strict=True) if first <= value.step <= last],
     }
-    return _file(steps, first, last + 1 - first, missing, proof)
+    return _file(steps, first, last + 1 - first, proof)
 
 
 def _bounds(found: Least) -> Iterator[str]:
