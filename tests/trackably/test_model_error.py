@@ -126,6 +126,12 @@ def test_the_message_says_which_bounds_are_too_close_for_the_error():
         tightening(SLIDE, W, [[-100.0, -20.0]], model_error=gain(2.0))
 
 
+def test_intervals_of_entries_are_all_their_corners():
+    entries = {("velocity", "acceleration"): (0.01, 0.03), ("position", "1"): (-1e-3, 1e-3)}
+    found = ModelError.intervals(SLIDE.system, entries)
+    assert {(v.B[1, 0], v.c[0]) for v in found.vertices} == {(b, c) for b in (0.01, 0.03) for c in (-1e-3, 1e-3)}
+
+
 def test_continuous_plants_are_sampled_only_where_that_is_exact():
     rates = [[0.0, 1.0], [0.0, -0.5]]
     found = ModelError.sampled([(rates, [[0.0], [0.8]]), (rates, [[0.0], [1.2]])], T)
@@ -137,7 +143,7 @@ def test_continuous_plants_are_sampled_only_where_that_is_exact():
 
 def test_what_nothing_bounds_is_refused():
     free = replace(SLIDE, state_set=Polytope([[1.0, 0.0]], [-0.2], [0.2], 2))
-    wrong = ModelError.of([(A + np.diag([0.0, by]), B) for by in (-0.01, 0.01)])
+    wrong = ModelError.intervals(SLIDE.system, {("velocity", "velocity"): (0.99, 1.01)})
     with pytest.raises(ValueError, match="no constant bounds of the state 1"):
         tightening(free, W, [[-100.0, -20.0]], model_error=wrong)
     opens = replace(SLIDE, state_set=Polytope.box([-0.2, -0.5], [0.2, {0.0: 0.5, 1.0: 0.6}]))

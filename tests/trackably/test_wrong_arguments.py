@@ -39,6 +39,7 @@ learn = partial(
     learn_reference, **{"samples": SAMPLES, "plant": AXIS, "kernel": KERNEL, "claim": (0.0, 1.0), "noise_std": 0.02}
 )
 
+hull = partial(ModelError.intervals, AXIS.system)
 A, B, INF, NAN = np.array([[0.0, 1.0], [-2.0, -3.0]]), np.array([[0.0], [1.0]]), np.inf, np.nan
 
 RESTING = certify(PolynomialPieces([0.0, 1.45], [[0.0]]), AXIS)
@@ -97,6 +98,10 @@ WRONG = {
         "simulate: measurement_noise: expected 2 numbers at step 0, got shape ()",
     ),
     "a whole number that float64 cannot hold": (lambda: tank(10**400), "sampling_time: expected a number"),
+    "no such state": (
+        lambda: hull({("speed", "force"): (0, 1)}),
+        "a pair of names, one of position, v",
+    ),
     "half a vertex": (
         lambda: ModelError.of([(A, B), (A,)]),
         "vertex 2: expected (A, B) or (A, B, c), got",

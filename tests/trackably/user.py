@@ -186,7 +186,7 @@ near = learn_reference(
 )
 drift = np.eye(2)
 hull = ModelError.of([(drift, [[0.0], [0.09]]), (drift, [[0.0], [0.11]])])
-assert_type(ModelError.sampled([(drift, [[0.0], [0.9]]), (drift, [[0.0], [1.1]])], 0.1), ModelError)
+assert_type(ModelError.intervals(LinearSystem.scalar(1, 1, sampling_time=1), {("state", "input"): (0, 2)}), ModelError)
 assert_type(worst_plant(near, plant, hull, [[-1, -1]], 100).violation, float)
 assert_type(near.accuracy("position").error, float)
 with suppress(NotTrackableError):

@@ -154,11 +154,11 @@ def learn_reference(
         regulator; several weights are tried, and among those that tighten the bounds nearly least, the one with the
         fastest decay of errors is taken.
     model_error
-        Linear plants that the true plant may be instead of `plant`: ModelError.of(vertices). The true plant may be
-        any point of their convex hull, another one at each step. The reference then keeps a distance from its bounds
-        that covers the errors which this may cause under the feedback, together with those of `disturbance` and
-        `measurement_noise`, which have to be zonotopes. States and inputs whose coefficients are uncertain need bounds
-        of their own.
+        Linear plants that the true plant may be instead of `plant`: ModelError.of(vertices), or ModelError.intervals of
+        named entries. The true plant may be any point of their convex hull, another one at each step. The reference
+        then keeps a distance from its bounds that covers the errors which this may cause under the feedback, together
+        with those of `disturbance` and `measurement_noise`, which have to be zonotopes. States and inputs whose
+        coefficients are uncertain need bounds of their own.
     margin
         The part of each width between two bounds by which the reference stays away from both: a substitute for a known
         set W of disturbances.

@@ -1,5 +1,6 @@
 """A system with its state set and input set, and the constraints that make a reference trackable."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -9,6 +10,7 @@ from trackably.arguments import instance
 from trackably.arrays import Array
 from trackably.checker.formulas import text
 from trackably.checker.subject import Side, numbered, sum_name
+from trackably.gp.samples import Samples
 from trackably.systems.allocation import Allocation
 from trackably.systems.flat_forms import FlatForm
 from trackably.systems.linear import Flatness, LinearSystem
@@ -106,6 +108,27 @@ class ConstrainedSystem:
                 f"system: expected a linear system, got a nonlinear one with f = {', '.join(map(text, self.system.f))}"
             )
         return self.system
+
+    def flat_samples(self, samples: Mapping[str, Samples]) -> dict[str, Samples]:
+        """Return samples of the flat outputs z1, z2, … of a linear system, computed from samples of its states by name.
+
+        z_c = Σ_i q_ci x_i, where the states are sampled at the same times. Their noises σ_n · `relative_noise` count as
+        independent, so that the noise of z_c is the same σ_n times its own relative noise. ValueError: the system is
+        nonlinear, or a state that z_c depends on is not sampled, or at other times.
+        """
+        states, found = self.linear.states, dict[str, Samples]()
+        for c, row in enumerate(self.flatness.outputs):
+            weights = {state: float(q) for state, q in zip(states, row, strict=True) if q}
+            given, missing = [samples[state] for state in weights if state in samples], [*weights.keys() - samples]
+            if missing or any(not np.array_equal(of.times, given[0].times) for of in given):
+                raise ValueError(
+                    f"samples: z{c + 1} is computed from samples of {', '.join(weights)} at the same times, but "
+                    + (f"there are none of {', '.join(sorted(missing))}" if missing else "their times differ")
+                )
+            q = np.array(list(weights.values()))
+            noise = np.sqrt(q**2 @ [of.relative_noise**2 for of in given])
+            found[f"z{c + 1}"] = Samples(given[0].times, q @ [of.values for of in given], noise)
+        return found
 
     @property
     def signal_count(self) -> int:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from itertools import product
 from reprlib import repr as short
 from typing import Any, Self, cast
 
@@ -213,6 +214,9 @@ def _holds_zero(given: DisturbanceSet) -> bool:
 # disturbances is W ⊕ D instead of W. `trackably.checker.model_error` has the theorem and its proof.
 
 
+_MOST_ENTRIES = 6  # largest number of uncertain entries: k entries give 2^k vertices
+
+
 @dataclass(frozen=True, eq=False)
 class Vertex:
     """A vertex of a hull of systems: x⁺ = A x + B u + c with A (n, n), B (n, m) and c (n,)."""
@@ -226,8 +230,8 @@ class Vertex:
 class ModelError:
     """The plant's (A, B, c) is anywhere in the convex hull of these `vertices`, possibly another point at each step.
 
-    The vertices are matrices of discrete time: `of` takes them directly; `sampled` takes matrices of continuous time.
-    For intervals of single entries, each combination of their ends is a vertex.
+    The vertices are matrices of discrete time: `of` takes them directly, `intervals` takes intervals of single entries,
+    and `sampled` takes matrices of continuous time.
     """
 
     vertices: tuple[Vertex, ...]
@@ -249,6 +253,39 @@ class ModelError:
         return cls(tuple(Vertex(system.A, system.B, system.c) for system in systems))
 
     @classmethod
+    def intervals(cls, system: LinearSystem, entries: Mapping[tuple[str, str], tuple[float, float]]) -> Self:
+        """Return the hull of all systems with entries in intervals, such as {("velocity", "force"): (0.018, 0.022)}.
+
+        Each key of `entries` is a pair of names: first the state of the row, then the state or the input of the column,
+        or "1" for c. Entries without an interval have the value in `system`. TypeError: an argument is of another type.
+        ValueError: an unknown name, no interval, or more than 6 entries.
+        """
+        instance("model_error: intervals: system", system, LinearSystem, "a LinearSystem")
+        instance("model_error: intervals", entries, Mapping, "intervals by the names of row and column")
+        columns = (*system.states, *system.inputs, "1")
+        if not 0 < len(entries) <= _MOST_ENTRIES:
+            raise ValueError(f"model_error: intervals: expected 1 to {_MOST_ENTRIES} entries, got {len(entries)}")
+        intervals = []
+        for entry, given in entries.items():
+            if entry not in product(system.states, columns):
+                raise ValueError(
+                    f"model_error: intervals: expected a pair of names, one of {', '.join(system.states)}, and one of "
+                    f"{', '.join(columns)}, got {entry!r}"
+                )
+            lower, upper = array(f"model_error: intervals: {', '.join(entry)}", given, 2).tolist()
+            if lower > upper:
+                raise ValueError(f"model_error: intervals: {', '.join(entry)}: needs lower ≤ upper, got {given!r}")
+            intervals.append((lower, upper))
+        found = []
+        for ends in product(*intervals):
+            whole = np.column_stack([system.A, system.B, system.c])
+            for (row, column), value in zip(entries, ends, strict=True):
+                whole[system.states.index(row), columns.index(column)] = value
+            n = len(system.states)
+            found.append((whole[:, :n], whole[:, n:-1], whole[:, -1]))
+        return cls.of(found)
+
+    @classmethod
     def sampled(
         cls,
         vertices: Sequence[tuple[ArrayLike, ArrayLike] | tuple[ArrayLike, ArrayLike, ArrayLike]],
@@ -261,14 +298,14 @@ class ModelError:
         uncertain gain, or the mass of a double integrator, which enters as 1/m.
 
         ValueError: the vertices differ in A. Sampling is nonlinear in A, so that the hull of sampled vertices does not
-        contain the sampled systems between them; enclose the discrete matrices by `of` instead.
+        contain the sampled systems between them; enclose the discrete matrices by `of` or `intervals` instead.
         """
         known = _matrices(vertices)
         if any(not np.array_equal(numbers("model_error: A", A), known[0][0]) for A, *_ in known):
             raise ValueError(
                 "model_error: sampled: all vertices must have the same A, because exp(A T) is nonlinear in A and the "
-                "hull of sampled vertices does not contain the systems between them; give vertices of the discrete "
-                "matrices instead, by ModelError.of"
+                "hull of sampled vertices does not contain the systems between them; give vertices or intervals of the "
+                "discrete matrices instead, by ModelError.of or ModelError.intervals"
             )
         systems = [LinearSystem.discretised(A, B, sampling_time, c[0] if c else None) for A, B, *c in known]
         return cls.of([(system.A, system.B, system.c) for system in systems])
@@ -323,5 +360,5 @@ def disturbances_of_errors(
         W = checker.of_measured_state(W, noise, A.tolist())
     if model_error is None:
         return Zonotope(W.centre, W.generators)
-    instance("model_error", model_error, ModelError, "a ModelError, such as ModelError.of([(A1, B1), (A2, B2)])")
+    instance("model_error", model_error, ModelError, "a ModelError, such as ModelError.intervals(system, entries)")
     return Zonotope(W.centre, [*W.generators, *model_error.generators(plant)])

@@ -197,4 +197,4 @@ def _where(plant: ConstrainedSystem) -> str:
             said.append(f"{name} = {weighted_sum_text(row, plant.system.states, _DIGITS)}")
     if not said:
         return ""
-    return f", where {' and '.join(said)}; compute samples of such a sum from those of its states"
+    return f", where {' and '.join(said)}; plant.flat_samples computes them from samples of these states"

@@ -44,7 +44,7 @@ OPTIONS = {
         "every sequence of w in W and v in V",
     ),
     "wrong model": (
-        {"model_error": ModelError.of([(AXIS.system.A, part * AXIS.system.B) for part in (0.99, 1.01)])},
+        {"model_error": ModelError.intervals(AXIS.system, {("velocity", "force"): (0.0495, 0.0505)})},
         "convex hull of A = ",
     ),
     "true signal": ({"truth": Truth(noise=0.08, slope=1.0)}, "The true signal: every f with"),
