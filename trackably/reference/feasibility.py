@@ -60,8 +60,9 @@ class Steps:
         X, U = self.plant.state_set.rows, self.plant.input_set.rows
         bounded = scipy.sparse.kron(scipy.sparse.eye_array(self.count), scipy.linalg.block_diag(X, U))
         names = self.plant.names
-        at = [value.step * len(names) + names.index(value.name) for value in self.values]
-        return scipy.sparse.csr_array(scipy.sparse.vstack([bounded, unit_rows(at, self.count * len(names))]))
+        at = np.array([value.step * len(names) + names.index(value.name) for value in self.values], dtype=int)
+        unit_rows = scipy.sparse.eye_array(self.count * len(names), format="csr")[at]
+        return scipy.sparse.csr_array(scipy.sparse.vstack([bounded, unit_rows]))
 
     @cached_property
     def ends(self) -> Array:
@@ -100,7 +101,7 @@ class Steps:
 
 
 def steps_of(plant: ConstrainedSystem, claim: Claim, pinned: Iterable[Waypoint]) -> Iterator[Steps]:
-    """Group waypoints whose times are whole steps apart, and yield the claimed steps for each group.
+    """Group waypoints, sorted by time, whose times are whole steps apart, and yield the claimed steps for each group.
 
     Without waypoints, yield the steps from the start of the claim, once.
 
@@ -111,7 +112,7 @@ def steps_of(plant: ConstrainedSystem, claim: Claim, pinned: Iterable[Waypoint])
     step, most = plant.sampling_time, _MOST_UNKNOWNS // len(coordinates(plant))
     first, last = claim.span
     every: list[list[Waypoint]] = []
-    for one in sorted(pinned, key=lambda of: of.time):
+    for one in pinned:
         for others in every:
             apart = (one.time - others[0].time) / step
             if abs(apart - round(apart)) < WINDOW:
@@ -161,6 +162,10 @@ class Courses:
     growth: Array
     bounds: Sequence[tuple[float | None, float | None]]
 
+    def least_growth(self) -> tuple[float, Array] | None:
+        """Return the least e for which there are such vectors, and the multipliers as `minimise` does."""
+        return self.minimise(np.append(np.zeros(len(self.bounds)), 1.0), most=None)
+
     def minimise(self, cost: Array, most: float | None = 0.0) -> tuple[float, Array] | None:
         """Return the least cost · (v, e) for 0 ≤ e ≤ most (None: without limit), and the multipliers of the rows (r,).
 
@@ -184,12 +189,6 @@ class Courses:
             return None
         at_upper, at_lower = -found.ineqlin.marginals.reshape(2, -1)
         return float(found.fun), at_upper - at_lower
-
-
-def unit_rows(columns: Sequence[int] | Array, count: int) -> Any:
-    """Return the rows of the identity matrix with these indices, of `count` columns."""
-    each = np.arange(len(columns))
-    return scipy.sparse.csr_array((np.ones(len(each)), (each, columns)), shape=(len(each), count))
 
 
 @dataclass(frozen=True, eq=False)
@@ -230,7 +229,7 @@ def least(steps: Steps, relaxed: Flags) -> Least | None:
         relaxed.astype(float),
         [(None, None)] * len(every),
     )
-    found = courses.minimise(np.append(np.zeros(len(every)), 1.0), most=None)
+    found = courses.least_growth()
     return None if found is None else Least(steps, found[0], found[1] / widths)
 
 
@@ -288,7 +287,7 @@ def _of_linear(steps: Steps) -> Impossible | None:
         given, missing = steps.text(last), missing * steps.widths[-1].item()
         of_others = found.is_active[steps.order >= 0][:-1].tolist()
         values = [steps.text(value) for value, is_active in zip(others, of_others, strict=True) if is_active]
-    return _accept(Impossible(given, missing, (*values, *_bounds(found)), _multipliers(found, missing)))
+    return _accept(Impossible(given, missing, (*values, *_bounds(found)), _multipliers(found)))
 
 
 def _accept(found: Impossible) -> Impossible | None:
@@ -304,10 +303,10 @@ def _accept(found: Impossible) -> Impossible | None:
     return None
 
 
-def _file(steps: Steps, first: int, count: int, missing: float, proof: Mapping[str, Any]) -> dict[str, Any]:
+def _file(steps: Steps, first: int, count: int, proof: Mapping[str, Any]) -> dict[str, Any]:
     """Return the content of a contradiction's file: the plant and the given values at `count` steps from `first` on.
 
-    `missing` is how far constraints have to be relaxed at least; the multipliers or boxes in `proof` show it.
+    The multipliers or boxes in `proof` show how far constraints have to be relaxed at least, which `_accept` adds.
     """
     return {
         "format": FORMAT,
@@ -318,7 +317,6 @@ def _file(steps: Steps, first: int, count: int, missing: float, proof: Mapping[s
         "values": [
             {**vars(value), "step": value.step - first} for value in steps.values if first <= value.step < first + count
         ],
-        "missing": missing,
         "proof": proof,
     }
 
@@ -360,7 +358,7 @@ def _gap(steps: Steps, gap: Gap, missing: float) -> Impossible | None:
     wanted = before.pop((gap.step, gap.name), bound)
     among = [*before.values(), *(f"{name} in {of}" for name, of in bounds.items() if of)]
     proof = {"kind": "boxes", **vars(gap)}
-    return _accept(Impossible(wanted, missing, tuple(among), _file(steps, 0, gap.step + 1, missing, proof)))
+    return _accept(Impossible(wanted, missing, tuple(among), _file(steps, 0, gap.step + 1, proof)))
 
 
 def _contradiction(steps: Steps) -> Least | None:
@@ -383,7 +381,7 @@ def _contradiction(steps: Steps) -> Least | None:
     return None
 
 
-def _multipliers(found: Least, missing: float) -> dict[str, Any]:
+def _multipliers(found: Least) -> dict[str, Any]:
     """Return the content of a contradiction's file, from the first to the last step with a nonzero multiplier.
 
     The file covers at least n steps, where n is the number of states.
@@ -402,7 +400,7 @@ def _multipliers(found: Least, missing: float) -> dict[str, Any]:
         "inputs": within[:, r:].tolist(),
         "values": [y for value, y in zip(steps.values, of_values, strict=True) if first <= value.step <= last],
     }
-    return _file(steps, first, last + 1 - first, missing, proof)
+    return _file(steps, first, last + 1 - first, proof)
 
 
 def _bounds(found: Least) -> Iterator[str]:

@@ -14,6 +14,7 @@ from itertools import pairwise
 from typing import Any, Self
 
 import numpy as np
+import scipy
 
 from trackably.arguments import instance, positive, real
 from trackably.arrays import Array, ArrayLike, subdivide
@@ -41,13 +42,13 @@ from trackably.checker.truth import (
     side,
 )
 from trackably.gp.samples import Samples
-from trackably.reference.feasibility import Courses, Steps, least, unit_rows
+from trackably.reference.feasibility import Courses, Steps, least
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
 from trackably.systems.linear import LinearSystem
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.polytopes import Polytope
-from trackably.systems.rationals import float_above
+from trackably.systems.rationals import exact, float_above
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening
 
@@ -260,7 +261,10 @@ def true_signal(reference: Reference, sought: TrueSignal, robust: Tightening | N
     errors = np.maximum(errors, 0.0)
     errors += np.max(errors) * _ROUNDING or _ROUNDING
     proved = replace(found, errors=tuple(errors.tolist()))
-    return replace(proved, plant=None if robust is None else _of_plant(proved, robust, state))
+    if robust is None:
+        return proved
+    row = exact(np.eye(1, len(robust.given.system.states), state)[0]).tolist()
+    return replace(proved, plant=float_above(Fraction(proved.error) + max(robust.taken_from("state", row))))
 
 
 def _with_sides(known: TrueSignal, count: int, values: Callable[[Array], Array]) -> TrueSignal:
@@ -393,27 +397,17 @@ def _largest(gap: Model | None) -> float:
     return float(np.max(bernstein_of(stack(gap.coefficients, (1,))).high)) + float(gap.missed.b)
 
 
-def _of_plant(proved: TrueSignal, robust: Tightening, state: int) -> float:
-    """Return a bound of the distance between the disturbed plant's state and its true signal, rounded up.
-
-    It is the `proved` error of the reference plus the largest distance of the plant's state from the reference.
-    """
-    row = [Fraction(int(i == state)) for i in range(len(robust.given.system.states))]
-    return float_above(Fraction(proved.error) + max(robust.taken_from("state", row)))
-
-
 # Linear programs over the signals of a class whose highest bounded derivative is piecewise constant.
 
 
 @dataclass(frozen=True, eq=False)
-class Signals:
-    """The signals of a class as trajectories (`courses`) of values, and of slopes if the second derivative is bounded.
+class Signals(Courses):
+    """The signals of a class as trajectories of values, and of slopes if the second derivative is bounded.
 
     The highest derivative is constant between two `knots` [s]. Values are divided by `unit`, the noise of the samples
     (if this is zero, a part of their range).
     """
 
-    courses: Courses
     knots: Array
     unit: float
 
@@ -437,24 +431,20 @@ class Signals:
         at = [(n + 1) * np.searchsorted(knots, measured.times) + order for order, measured in enumerate(every)]
         values = np.concatenate([measured.values for measured in every]) / unit
         noise = np.concatenate([np.full(len(measured.times), measured.noise) for measured in every]) / unit
-        rows, growth = unit_rows(np.concatenate(at), len(bounds)), np.where(noise > 0, noise, 1.0)
+        rows = scipy.sparse.eye_array(len(bounds), format="csr")[np.concatenate(at)]
+        growth = np.where(noise > 0, noise, 1.0)
         steps = np.moveaxis(np.array(moves), 2, 0)
-        return cls(Courses(steps, np.zeros(n), rows, values - noise, values + noise, growth, bounds), knots, unit)
+        return cls(steps, np.zeros(n), rows, values - noise, values + noise, growth, bounds, knots, unit)
 
     def extreme(self, t: float, sign: int) -> tuple[float, Array] | None:
         """Return the largest value of all signals at the knot t [s], and the multipliers of the measurements.
 
         For `sign` −1, it is the least value. None if it is not found.
         """
-        cost = np.zeros(len(self.courses.bounds) + 1)
-        cost[self.courses.steps.shape[2] * int(np.searchsorted(self.knots, t))] = -sign
-        found = self.courses.minimise(cost)
+        cost = np.zeros(len(self.bounds) + 1)
+        cost[self.steps.shape[2] * int(np.searchsorted(self.knots, t))] = -sign
+        found = self.minimise(cost)
         return found and (-sign * found[0] * self.unit, found[1])
-
-    def ends_at(self, t: float) -> tuple[float, float] | None:
-        """Return the least and the largest value of all signals at the knot t [s]; None if they are not found."""
-        low, high = self.extreme(t, -1), self.extreme(t, 1)
-        return low and high and (low[0], high[0])
 
 
 def no_signal(name: str, of: SignalClass) -> NoSignal | None:
@@ -506,8 +496,7 @@ def _contradicting(of: SignalClass, cells: int) -> Array | None:
 
     They are scaled so that the largest absolute value is 1. None if no contradiction is found.
     """
-    courses = Signals.of(of, cells=cells).courses
-    found = courses.minimise(np.append(np.zeros(len(courses.bounds)), 1.0), most=None)
+    found = Signals.of(of, cells=cells).least_growth()
     if found is None or found[0] <= _LEAST_GROWTH:
         return None
     multipliers = -found[1] / np.max(np.abs(found[1]))
@@ -636,8 +625,12 @@ def _radius(truth: TrueSignal) -> float:
     times = subdivide(np.array(truth.ends), 2)
     upper, lower = sides_at(truth, times)
     widest = float(times[int(np.argmax(upper - lower))])
-    ends = next(filter(None, (Signals.of(truth.of, (widest,), cells).ends_at(widest) for cells in _FINER)), None)
-    return 0.0 if ends is None else max(0.0, (ends[1] - ends[0]) / 2)
+    for cells in _FINER:
+        signals = Signals.of(truth.of, (widest,), cells)
+        high, low = (signals.extreme(widest, sign) for sign in (1, -1))
+        if high and low:
+            return max(0.0, (high[0] - low[0]) / 2)
+    return 0.0
 
 
 def _least_error(plant: ConstrainedSystem, truth: TrueSignal) -> float:

@@ -128,7 +128,7 @@ def why_not_flat(system: subject.NonlinearSystem, form: FlatForm) -> str | None:
 # As many states as there are inputs are taken for flat outputs. If x_i is known and its equation x_i⁺ = f_i = a + b v
 # contains one unknown v, then v is (x_i⁺ − a)/b. If no equation has a single unknown, two or three equations that are
 # affine in as many unknowns are solved together. Instead of v, they may contain one part v' such as √(c v + d), which
-# is then the unknown (`_Shell`). If all states and inputs are known in the end, their formulas are a flat form.
+# is then the unknown (`_solve`). If all states and inputs are known in the end, their formulas are a flat form.
 
 _MOST_CHOICES = 2000  # choices of states as flat outputs; if there are more, no flat form is searched
 _MOST_COUPLED = 3  # largest number of equations that are solved together
@@ -165,12 +165,11 @@ def _form_of_choice(
 ) -> FlatForm:
     known: dict[str, Formula] = {states[i]: Name(shifted_name(c, 0)) for c, i in enumerate(choice)}
     positive: list[Formula] = []
-    waiting, unknown = dict(zip(states, f, strict=True)), {*states, *inputs} - {*known}
+    waiting = dict(zip(states, f, strict=True))
     while waiting:
-        solved, found, roots = _solve_block(waiting, unknown, known)
+        solved, found, roots = _solve_block(waiting, known)
         waiting = {state: formula for state, formula in waiting.items() if state not in solved}
         known |= found
-        unknown -= {*found}
         positive += roots
     return FlatForm(
         tuple(known[name] for name in states), tuple(known[name] for name in inputs), positive=tuple(positive)
@@ -178,7 +177,7 @@ def _form_of_choice(
 
 
 def _solve_block(
-    waiting: Mapping[str, Formula], unknown: set[str], known: Mapping[str, Formula]
+    waiting: Mapping[str, Formula], known: Mapping[str, Formula]
 ) -> tuple[tuple[str, ...], dict[str, Formula], list[Formula]]:
     """Find a smallest set of equations with exactly as many unknowns, and solve it for the unknowns.
 
@@ -189,32 +188,23 @@ def _solve_block(
     failed = list[str]()
     for count in range(1, _MOST_COUPLED + 1):
         for block in combinations(ready, count):
-            wanted = sorted(set().union(*(names(waiting[state]) & unknown for state in block)))
+            wanted = sorted(set().union(*(names(waiting[state]) - known.keys() for state in block)))
             if len(wanted) != count:
                 continue
-            formulas, variables, shells = [waiting[state] for state in block], list[str](), list[_Shell]()
-            for name in wanted:
-                formulas, variable, around = _without_shells(formulas, name)
-                variables.append(variable)
-                shells += around
-            later = {f"{state}⁺": of for state in block for of in flatness.one_step_later([known[state]])}
+            formulas, roots = [waiting[state] for state in block], list[Formula]()
+            later = flatness.one_step_later([known[state] for state in block])
             try:
-                solved, inverses = inputs_of(formulas, list(later), variables), [shell.inverse for shell in shells]
+                found = _solve(formulas, later, wanted, known, roots)
             except UnsolvableError:
                 failed.append(
                     f"the equation of {_listed(block)} cannot be solved for {_listed(wanted)}: expected a + b·v, where "
                     f"v is {wanted[0]}, or sqrt, exp, log or the reciprocal of c·{wanted[0]} + d"
                 )
                 continue
-            by = {**known, **later}
-            by |= dict(zip(solved, substitute(list(solved.values()), by), strict=True))
-            for shell, inverse in zip(reversed(shells), reversed(inverses), strict=True):
-                (by[shell.name],) = substitute([inverse], by)
-            found = {name: by[name] for name in wanted}
             if all(size_and_depth(formula)[0] <= MOST_PARTS for formula in found.values()):
-                return block, found, [by[shell.outer] for shell in shells if shell.is_root]
+                return block, found, roots
             failed.append(f"the formula of {_listed(wanted)} has more than {MOST_PARTS} parts")
-    unsolved = (f"that of {state} has {_listed(names(waiting[state]) & unknown) or 'none'}" for state in ready)
+    unsolved = (f"that of {state} has {_listed(names(waiting[state]) - known.keys()) or 'none'}" for state in ready)
     counted = f"no equation has one unknown: {', '.join(unsolved)}" if ready else f"more than {MOST_SHIFTS} steps count"
     raise _StuckError(
         f"from {_listed(known)} at all steps, {failed[0] if failed else counted}", (not failed, len(waiting))
@@ -229,66 +219,47 @@ def _is_far_ahead(formula: Formula) -> bool:
     return max(subject.indices(z)[1] for z in names(formula)) >= MOST_SHIFTS - 1
 
 
-@dataclass(frozen=True)
-class _Shell:
-    """A `part` √a, exp a, log a or b/a of an equation, whose value determines the variable `name` in a.
+def _solve(
+    equations: Sequence[Formula],
+    values: Sequence[Formula],
+    wanted: Sequence[str],
+    known: Mapping[str, Formula],
+    positive: list[Formula],
+) -> dict[str, Formula]:
+    """Return the formulas of the `wanted` variables for which the left sides of `equations` have the `values`.
 
-    `outer` is the name of the variable that takes the place of the part.
+    The equations also contain the `known` variables. A wanted variable in a part √a, exp a, log a or a/b, and nowhere
+    else, is found from the part's value v: a = v², log v or exp v, or a = b v. Values of roots are added to `positive`.
+    UnsolvableError: other equations than these are not affine in the wanted variables.
     """
-
-    name: str
-    part: Formula
-
-    @property
-    def outer(self) -> str:
-        return f"({self.name})"
-
-    @property
-    def is_root(self) -> bool:
-        return isinstance(self.part, Function) and self.part.function == "sqrt"
-
-    @property
-    def inverse(self) -> Formula:
-        """The formula of the variable `name` for the part's value v, called `outer`: √a, exp a, log a or b/a = v.
-
-        UnsolvableError: this equation is not affine in the variable.
-        """
-        value: Formula = Name(self.outer)
-        match self.part:
+    for name in wanted:
+        outer = f"({name})"
+        part = next((part for of in equations for part in parts(of) if _determines(part, name)), None)
+        fewer = substitute(equations, {part: Name(outer)})
+        if part is None or any(name in names(of) for of in fewer):
+            continue
+        found = _solve(fewer, values, [outer if of == name else of for of in wanted], known, positive)
+        value, known = found.pop(outer), {**known, **found}
+        match part:
             case Operation("/", above, below):
-                equation, value = Operation("-", above, Operation("*", value, below)), Number(0.0)
-            case Function(function, equation):
-                value = Power(value, 2.0) if function == "sqrt" else Function(INVERSES[function], value)
-        if isinstance(equation, Name):
-            return value
-        (found,) = inputs_of([equation], [_VALUE], [self.name]).values()
-        return substitute([found], {_VALUE: value})[0]
+                left: Formula = Operation("-", above, Operation("*", Name(outer), below))
+                return found | _solve([left], [Number(0.0)], [name], {**known, outer: value}, positive)
+            case Function("sqrt", left):
+                positive.append(value)
+                value = Power(value, 2.0)
+            case Function(function, left):
+                value = Function(INVERSES[function], value)
+        return found | ({name: value} if isinstance(left, Name) else _solve([left], [value], [name], known, positive))
+    right = {f"={i}": value for i, value in enumerate(values)}  # no state has such a name
+    solved = inputs_of(equations, list(right), wanted)
+    return dict(zip(solved, substitute(list(solved.values()), {**known, **right}), strict=True))
 
 
-_VALUE = "="
-
-
-def _without_shells(formulas: Sequence[Formula], name: str) -> tuple[list[Formula], str, list[_Shell]]:
-    """Replace √a, exp a, log a or b/a, where a holds `name`, by a new variable, as long as this removes the name.
-
-    Such a part is a shell of the name; shells of a new variable are replaced likewise. Return the formulas after this,
-    the name of the last variable, and the shells, innermost first. If the name is in no shell, or also elsewhere,
-    nothing is replaced, and the variable is the name itself.
-    """
-
-    def is_shell(node: Formula) -> bool:
-        match node:
-            case Function("sqrt" | "exp" | "log", inner) | Operation("/", _, inner):
-                return name in names(inner)
-        return False
-
-    shell = next((_Shell(name, part) for of in formulas for part in parts(of) if is_shell(part)), None)
-    if shell is not None:
-        less = rewritten(formulas, lambda node, _: Name(shell.outer) if node is shell.part else None)
-        if not any(name in names(formula) for formula in less):
-            found, variable, others = _without_shells(less, shell.outer)
-            return found, variable, [shell, *others]
-    return [*formulas], name, []
+def _determines(part: Formula, name: str) -> bool:
+    match part:
+        case Function("sqrt" | "exp" | "log", inner) | Operation("/", _, inner):
+            return name in names(inner)
+    return False
 
 
 # Headings of flat forms without jumps: atan2 jumps by 2π where a vector crosses the direction of ±π.

@@ -86,7 +86,8 @@ def _chains(A: Rationals, B: Rationals, states: Sequence[str]) -> list[int]:
     if not (condition := _condition(taken)) < _WORST_CONDITION:
         raise ValueError(
             f"{_REFUSED}, but is nearly uncontrollable: [B, A B, …] has the condition number {condition:.1g}, expected "
-            f"less than {_WORST_CONDITION:g}"
+            f"less than {_WORST_CONDITION:g}; for redundant inputs, give columns of B that are exact multiples or sums "
+            "of each other"
         )
     return [sum(pivot % m == c for pivot in pivots) for c in range(m)]
 
@@ -103,20 +104,6 @@ def _outputs(A: Rationals, B: Rationals, orders: list[int]) -> Rationals:
     columns = [np.linalg.matrix_power(A, j) @ B[:, c] for c, order in enumerate(orders) for j in range(order)]
     found: Rationals = inverse(np.column_stack(columns))[np.cumsum(orders) - 1]
     return found
-
-
-def _independent_columns(B: Rationals) -> list[int]:
-    """Return the indices of the first columns of B that are a basis of its range.
-
-    ValueError: these columns are nearly dependent.
-    """
-    kept = row_echelon(B)[1]
-    if kept and not _condition(B[:, kept]) < _WORST_CONDITION:
-        raise ValueError(
-            "system: the columns of B must be clearly independent or exactly dependent, but they are nearly dependent; "
-            "for redundant inputs, give columns that are exact multiples or sums of each other"
-        )
-    return kept
 
 
 def _pseudo_inverse(independent: Rationals, B: Rationals) -> Rationals:
@@ -236,7 +223,7 @@ class LinearSystem:
         close to an uncontrollable one for float64.
         """
         A, B, offset, T = exact(self.A), exact(self.B), exact(self.c), self.sampling_time
-        independent = B[:, _independent_columns(B)]
+        independent = B[:, row_echelon(B)[1]]  # the first columns that are a basis of the range of B
         orders = _chains(A, independent, self.states)
         q = _outputs(A, independent, orders)
         Q, d = [], []  # z_c(k + j) = Q x(k) + d for u = 0 and j < κ_c

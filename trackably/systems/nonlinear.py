@@ -59,7 +59,9 @@ class NonlinearSystem(subject.NonlinearSystem):
                     "there is none, as for a pole on a cart, LinearSystem.discretised takes a linearised model"
                 ) from None
         if self.flat is not None:
-            object.__setattr__(self, "flat", self._verify(self.flat))
+            object.__setattr__(self, "flat", without_jumps(self.flat))
+            if why := why_not_flat(self, self.flat):
+                raise ValueError(f"system: the flat form {why}")
             return
         for node in (part for formula in self._solved.inputs for part in parts(formula)):
             match node:
@@ -76,15 +78,6 @@ class NonlinearSystem(subject.NonlinearSystem):
             for state, law in zip(self.states, map(plain_text, self.f), strict=True)
         )
         return f"NonlinearSystem({laws}; inputs {', '.join(self.inputs)}; one step every {self.sampling_time:g} s)"
-
-    def _verify(self, form: FlatForm) -> FlatForm:
-        """Return the flat form, without jumps of its headings if possible. ValueError: it is no flat form of f."""
-        smooth = without_jumps(form)
-        if why_not_flat(self, smooth) is None:
-            return smooth
-        if why := why_not_flat(self, form):
-            raise ValueError(f"system: the flat form {why}")
-        return form
 
     def heading_in(self, state_set: Polytope) -> Self:
         """Return the system with headings that do not jump inside of their bounds in the state set [rad].

@@ -280,10 +280,13 @@ class PolynomialPieces:
         The piece that contains the time is found without any rounding. With n = `degree` and u = 2⁻⁵³, the error is
         less than 100 (n + 1) u² Σ_j |c_ij| (t_(i+1) − t_i)^j, for times of less than 2⁵⁰ periods.
         """
-        if len(time) == 1 and self.beyond != "period":
-            piece, since = self._place(*time)
+        ends = self.breakpoints
+        if len(time) == 1 and self.beyond != "period":  # float64 numbers are compared without rounding, and faster
+            t = np.clip(time[0], ends[0], ends[-1]) if self.beyond == "rest" else time[0]
+            piece = piece_at(ends, t)
+            since = DoubleDouble(*two_sum(t, -ends[piece]))
         else:
-            piece, local = self._place_exactly(ExactSum.of(np.broadcast_arrays(*time)))
+            piece, local = self._place(ExactSum.of(np.broadcast_arrays(*time)))
             since = local.double_double
         zero = np.zeros(piece.shape)
         value = DoubleDouble(self.coefficients[piece, -1], zero)
@@ -291,15 +294,7 @@ class PolynomialPieces:
             value = value * since + DoubleDouble(self.coefficients[piece, j], zero)
         return value
 
-    def _place(self, t: Array) -> tuple[npt.NDArray[np.intp], DoubleDouble]:
-        """Return the index i of the piece at float64 times t [s], and t − t_i exactly, as `_place_exactly` does."""
-        ends = self.breakpoints
-        if self.beyond == "rest":
-            t = np.clip(t, ends[0], ends[-1])
-        piece = piece_at(ends, t)
-        return piece, DoubleDouble(*two_sum(t, -ends[piece]))
-
-    def _place_exactly(self, t: ExactSum) -> tuple[npt.NDArray[np.intp], ExactSum]:
+    def _place(self, t: ExactSum) -> tuple[npt.NDArray[np.intp], ExactSum]:
         """Return the index i of the piece at t, and t − t_i [s].
 
         If z rests before t_0 and after t_n, earlier times count as t_0 and later ones as t_n.

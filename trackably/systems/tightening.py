@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
-from itertools import islice, product
+from itertools import product
 
 import numpy as np
 import scipy
@@ -33,7 +33,6 @@ LONGEST = 4000
 """Largest number of steps of a decay: an error that needs more steps counts as one that does not decay."""
 
 _DECAYED = 1e-7  # row · A_Kⁱ has decayed when its size is at most this part of its largest size
-_AT_ONCE = 50  # powers that are evaluated in one array; LONGEST is a multiple
 
 
 class NoInvariantSetError(ValueError):
@@ -58,17 +57,13 @@ def errors_reach(plant: ConstrainedSystem, K: Array, disturbance: DisturbanceSet
             "feedback: the eigenvalues of A + B K must lie inside the unit circle, but one has the size "
             f"{spectral_radius(A_K):.6g}; give another feedback="
         )
-    steps, (total, largest) = powers(both, A_K), np.zeros((2, len(both)))
-    while True:
-        moved = np.array([*islice(steps, _AT_ONCE)])
-        sizes = np.max(np.abs(moved) * scales, axis=2)
-        reached = np.maximum.accumulate(np.vstack([largest, sizes]))[1:]
-        decayed = np.flatnonzero(np.all(sizes <= _DECAYED * reached, axis=1))
-        used = moved[: decayed[0] + 1] if decayed.size else moved
-        total = np.cumsum(np.vstack([total, disturbance.support(used)]), axis=0)[-1]  # in the order of the steps
-        if decayed.size:
-            return total[: len(rows)], total[len(rows) :]
-        largest = reached[-1]
+    total, largest = np.zeros((2, len(both)))
+    for moved in powers(both, A_K):
+        sizes = np.max(np.abs(moved) * scales, axis=1)
+        largest, total = np.maximum(largest, sizes), total + disturbance.support(moved)
+        if np.all(sizes <= _DECAYED * largest):
+            break
+    return total[: len(rows)], total[len(rows) :]
 
 
 def powers(rows: Array, A_K: Array) -> Iterator[Array]:
@@ -298,7 +293,7 @@ class Tightening:
             raise ValueError(self._shortage(fraction))
         state_set, input_set = (
             bounded.with_bounds([self._tighten(*of, size) for of in zip(bounded.bounds, taken, strict=True)])
-            for bounded, taken in self._sides
+            for bounded, taken in self.sides
         )
         return replace(self.given, state_set=state_set, input_set=input_set)
 
@@ -308,20 +303,15 @@ class Tightening:
         return f"Tightening(margin={self.margin:g}, disturbance={self.disturbance!r}{noise}; {sets})"
 
     @cached_property
-    def taken(self) -> list[Taken]:
-        """By how much the error tightens the lower and the upper bound of each row, states first, exactly."""
-        return [self.taken_from(of.side, of.row) for of in self.given.given_constraints]
-
-    @cached_property
     def largest_fraction(self) -> float:
         """The largest f for which the disturbance set f W, with the same K, leaves both sets non-empty; at most 1e6."""
-        return min(_largest_fraction(bounded, taken, self.margin) for bounded, taken in self._sides)
+        return min(_largest_fraction(*of, self.margin) for of in self.sides)
 
-    @property
-    def _sides(self) -> tuple[tuple[Polytope, list[Taken]], ...]:
-        """The given state set and input set, each with what is `taken` of its bounds."""
-        X, U = self.given.state_set, self.given.input_set
-        return (X, self.taken[: len(X.rows)]), (U, self.taken[len(X.rows) :])
+    @cached_property
+    def sides(self) -> list[tuple[Polytope, list[Taken]]]:
+        """The given state set and input set, each with how much errors tighten both bounds of each row, exactly."""
+        given: dict[Side, Polytope] = {"state": self.given.state_set, "input": self.given.input_set}
+        return [(of, [self.taken_from(side, row) for row, _ in of.bounded_rows]) for side, of in given.items()]
 
     def taken_from(self, side: Side, row: Sequence[Fraction]) -> Taken:
         """Return by how much errors tighten the lower and the upper bound of row · x or row · u, exactly."""
@@ -349,7 +339,8 @@ class Tightening:
             if fraction > 0
             else "no disturbance is possible, however small"
         )
-        taken, widths = np.array([float(low + high) for low, high in self.taken]), bound_widths(self.given)
+        taken = np.array([float(low + high) for _, of in self.sides for low, high in of])
+        widths = bound_widths(self.given)
         worst = int(np.argmax(taken / widths))
         bound, width = self.given.given_constraints[worst], widths[worst]
         if (missing := taken[worst] - (1 - 2 * self.margin) * width) < 0:

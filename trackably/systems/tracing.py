@@ -49,12 +49,10 @@ def refuse(why: str) -> NoReturn:
 
 def as_formula(value: object) -> Formula:
     """Return the formula of a symbol or a number. TypeError: it is neither. Refusal: the number is not a float64."""
+    if isinstance(value, np.ndarray | np.generic) and value.shape == ():
+        value = value.item()
     if isinstance(value, Symbol):
         return value.formula
-    if isinstance(value, np.ndarray) and value.shape == ():
-        return as_formula(value.item())
-    if isinstance(value, np.generic):
-        value = value.item()
     if not isinstance(value, int | float) or isinstance(value, bool):
         raise TypeError(f"expected numbers and formulas, got {type(value).__name__}")
     if not is_float64(value):

@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
+from itertools import zip_longest
 from typing import Self
 
 import numpy as np
@@ -88,14 +89,12 @@ class Functionals:
     @cached_property
     def _weights(self) -> list[tuple[int, Indices, Array]]:
         """For each signal c with a nonzero weight: c, the J shifts that F functionals need, and the weights (F, J)."""
-        found, rounded = [], [dict(functional.rounded) for functional in self.functionals]
-        for c in sorted(set().union(*rounded)):
-            rows = [of.get(c, np.zeros(1)) for of in rounded]
-            weights = np.zeros((len(rows), max(map(len, rows))))
-            for row, w in zip(weights, rows, strict=True):
-                row[: len(w)] = w
+        found = []
+        for c, every in enumerate(zip(*(q.weights for q in self.functionals), strict=True)):
+            weights = np.array([*zip(*zip_longest(*every, fillvalue=0), strict=True)], dtype=float)
             (shifts,) = np.nonzero(np.any(weights, axis=0))
-            found.append((c, shifts, weights[:, shifts]))
+            if shifts.size:
+                found.append((c, shifts, weights[:, shifts]))
         return found
 
 
@@ -137,16 +136,16 @@ class Trajectory:
 
         None if q depends on several signals, or on one in a nonlinear way.
         """
-        anywhere = self.slopes({name: np.array(np.nan) for name, _ in self.arguments})
-        if any(map(np.isnan, anywhere.values())):  # a slope that depends on an argument is NaN if the argument is
+        slopes = self.slopes({name: np.array(np.nan) for name, _ in self.arguments})
+        gains = np.array([slopes[name] for name, _ in self.arguments])
+        if not np.isfinite(gains).all():  # a slope that depends on an argument is NaN if the argument is
             return None
-        count = len(self.arguments[0][1].weights)
-        slopes = self.slopes(self.arguments_at([np.zeros_like] * count, np.zeros(())))
-        signals = self._functionals.combined(np.array([slopes[name].item() for name, _ in self.arguments]))
+        signals = self._functionals.combined(gains)
         if len(signals) != 1:
             return None
         ((signal, weights),) = signals
-        return signal, Stencil(tuple(weights.tolist()), self.sampling_time, self.at_rest([0.0] * count))
+        at_zero = self.at_rest([0.0] * len(self.arguments[0][1].weights))
+        return signal, Stencil(tuple(weights.tolist()), self.sampling_time, at_zero)
 
     @property
     def sampling_time(self) -> float:

@@ -78,7 +78,7 @@ def test_derived_bounds_are_nearly_reached_where_few_signals_explain_the_samples
     t, y = samples.times, samples.values
     of = SignalClass(Measured(tuple(t), tuple(y), NOISE * (1 + 1e-9)), None, None, LIMIT)
     for at in np.linspace(t[0], t[-1], 8)[1:-1]:
-        lower, upper = Signals.of(of, (at,), 64).ends_at(at)
+        lower, upper = (Signals.of(of, (at,), 64).extreme(at, sign)[0] for sign in (-1, 1))
         derived = _derive(of, at)
         assert extreme(of, derived, 1) <= upper + 0.1 * NOISE
         assert extreme(of, derived, -1) >= lower - 0.1 * NOISE

@@ -27,8 +27,8 @@ def test_the_set_is_invariant(name):
 def test_the_worst_disturbances_nearly_reach_the_bounds_of_the_set(name):
     """Greedy vertices reach what is taken from each end of each bound, but for some hundredths."""
     found = ALL[name].tightening
-    Z = found.invariant
-    for of, taken in zip(found.given.given_constraints, found.taken, strict=True):
+    Z, every = found.invariant, [taken for _, of_rows in found.sides for taken in of_rows]
+    for of, taken in zip(found.given.given_constraints, every, strict=True):
         row = np.array(of.row, dtype=float)
         of_state = row if of.side == "state" else row @ Z.feedback
         for sign, by in zip((-1, 1), map(float, taken), strict=True):
