@@ -42,23 +42,33 @@ class Search(NamedTuple):
 
 
 class Learned(float):
-    """The current value of a hyperparameter learned in `interval`.
+    """The current value of a hyperparameter learned in `interval`; if this is None, `default` chooses one from samples.
 
-    If `interval` is None, it is chosen from the samples.
+    The field of a kernel or a prior that takes the value sets its own `default`.
     """
 
-    __slots__ = ("interval",)
+    __slots__ = ("default", "interval")
     interval: Interval | None
+    default: Callable[[Scales], Search] | None
 
-    def __new__(cls, value: float, interval: Interval | None = None) -> Self:
+    def __new__(
+        cls, value: float, interval: Interval | None = None, default: Callable[[Scales], Search] | None = None
+    ) -> Self:
         learned = float.__new__(cls, value)
-        learned.interval = interval
+        learned.interval, learned.default = interval, default
         return learned
 
     @classmethod
     def between(cls, lower: float, upper: float) -> Self:
         """Return a hyperparameter learned between two numbers; its current value is their geometric mean."""
         return cls(math.sqrt(lower * upper), (lower, upper))
+
+    def search(self, scales: Scales) -> Search:
+        """Return the search interval: the user's, or one chosen from the samples' `scales`."""
+        if self.interval:
+            return Search(self.interval)
+        assert self.default, "a kernel or a prior holds this value"
+        return self.default(scales)
 
 
 class Hyperparameter:
@@ -85,9 +95,11 @@ class Hyperparameter:
 
     def __set__(self, owner: object, given: float | Interval | None) -> None:
         try:
-            vars(owner)[self.name] = hyperparameter(given)
+            value = hyperparameter(given)
         except ValueError as error:
             raise ValueError(f"{type(owner).__name__}: {self.name} must be {error}, got {given!r}") from None
+        is_learned = isinstance(value, Learned)
+        vars(owner)[self.name] = Learned(value, value.interval, self.search) if is_learned else value
 
 
 def hyperparameter(given: Any) -> float:

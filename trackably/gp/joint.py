@@ -8,7 +8,7 @@ from typing import Self
 import numpy as np
 
 from trackably.arrays import Array, root_mean_square
-from trackably.gp.hyperparameter import Learned, Parametrized, Scales, Search
+from trackably.gp.hyperparameter import Learned, Parametrized
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.posterior import Posterior
 from trackably.gp.prior import NOISE, Prior
@@ -57,19 +57,6 @@ class JointPrior(Parametrized):
     def log_hyperparameters(self) -> Array:
         """ln θ of the learned hyperparameters, shape (p,)."""
         return np.log([self.hyperparameters[name] for name in self.learned])
-
-    def search(self, name: str, scales: Sequence[Scales]) -> Search:
-        """Return the search interval of a learned hyperparameter, from the scales of its process's samples.
-
-        For a shared hyperparameter, the samples of the first process are used.
-        """
-        every = zip(self._named, scales, strict=True)
-        return next(
-            part.search(own, of)
-            for (process, part), of in every
-            for own in part.learned
-            if self.name_of(process, own) == name
-        )
 
     def with_log_hyperparameters(self, log_theta: Array) -> Self:
         """Return the prior at ln θ of the learned hyperparameters, shape (p,): the inverse of `log_hyperparameters`."""

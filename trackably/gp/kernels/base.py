@@ -18,7 +18,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from trackably.arrays import Array
-from trackably.gp.hyperparameter import Parametrized, Scales, Search
+from trackably.gp.hyperparameter import Parametrized
 
 # Jets: arrays of the values of a function and of its derivatives by time. How to differentiate and multiply them.
 
@@ -205,10 +205,6 @@ class Kernel(Parametrized):
     """Stationary covariance κ(r) of two instants that lie r = t − t' [s] apart. Kernels add and multiply."""
 
     @abstractmethod
-    def search(self, name: str, scales: Scales) -> Search:
-        """Return the search interval of a hyperparameter for which none is given."""
-
-    @abstractmethod
     def jet(self, r: Array, order: int) -> Array:
         """Return κ(r) and its derivatives in r up to `order`; the shape is (order + 1, *r.shape), units [κ]/sⁿ."""
 
@@ -290,10 +286,6 @@ class _Pair(Kernel):
     def map_values(self, change: Callable[[str, float], float]) -> Self:
         left = self.left.map_values(lambda name, value: change(f"left.{name}", value))
         return type(self)(left, self.right.map_values(lambda name, value: change(f"right.{name}", value)))
-
-    def search(self, name: str, scales: Scales) -> Search:
-        side, _, inner = name.partition(".")
-        return (self.left if side == "left" else self.right).search(inner, scales)
 
     @property
     def period(self) -> float | None:
