@@ -98,8 +98,9 @@ class Hyperparameter:
             value = hyperparameter(given)
         except ValueError as error:
             raise ValueError(f"{type(owner).__name__}: {self.name} must be {error}, got {given!r}") from None
-        is_learned = isinstance(value, Learned)
-        vars(owner)[self.name] = Learned(value, value.interval, self.search) if is_learned else value
+        if isinstance(value, Learned):
+            value = Learned(value, value.interval, self.search)
+        vars(owner)[self.name] = value
 
 
 def hyperparameter(given: Any) -> float:

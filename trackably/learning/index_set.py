@@ -47,14 +47,6 @@ class IndexSet(ABC):
     def ends(self) -> tuple[float, float]:
         """The first and the last time of the set [s]."""
 
-    def suspect_centres(self, centres: Array) -> Array:
-        """Return those of the sorted kernel `centres` [s] between which `minima_of_each` may miss a minimum.
-
-        The default is an empty array. A sum of kernels with kinks can change from centre to centre, however long its
-        correlation time is.
-        """
-        return np.empty(0)
-
 
 class SeveralTimes(IndexSet):
     """A set whose places are rows of several times [s], for quantities that depend on signals at all of these."""
@@ -119,11 +111,6 @@ class RealTimes(IndexSet):
     @property
     def ends(self) -> tuple[float, float]:
         return self.of.span
-
-    def suspect_centres(self, centres: Array) -> Array:
-        if isinstance(self.of, AllPhases):
-            return np.empty(0)
-        return centres[(self.of.start <= centres) & (centres <= self.of.end)]
 
 
 def _minima_in_cells(margins: Quantities, start: float, end: float, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:

@@ -86,7 +86,7 @@ class Program:
     def _arguments(self) -> Rows:
         """Rows that evaluate all functionals on which the quantities depend, at the times of their constraints."""
         timed = [(each, places) for each, places in self._placed if not isinstance(each.index_set, SeveralTimes)]
-        functionals = [pair for constraint, places in timed for pair in constraint.arguments_at(places)]
+        functionals = [(of, places) for constraint, places in timed for _, of in constraint.quantity.arguments]
         return rows_of(functionals, len(self.problem.prior.parts))
 
     @cached_property

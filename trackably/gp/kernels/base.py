@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import comb
-from typing import Self
+from typing import Literal, Self
 
 import numpy as np
 from numpy.polynomial import Polynomial
@@ -125,7 +125,7 @@ class MomentSum:
     def jet(self, t: Array, order: int) -> Array:
         """Return the sums of κ⁽ⁿ⁾ for n = 0 … `order`: shape (order + 1, *t.shape).
 
-        Odd derivatives count as 0 at r = 0, where those of κ may jump.
+        Where an odd derivative of κ jumps, at r = 0, the limit from the right is taken.
         """
         return self._of([decay.derivatives(order) for decay in self.decays], [(-1) ** n for n in range(order + 1)], t)
 
@@ -139,33 +139,24 @@ class MomentSum:
 
         For r > 0, f is a sum over the decays of e^(−λr) times a polynomial in λr, with one row of `factors` for each f.
         """
-        (at, joined), times = self._joined, t.ravel()
+        (at, moments), times = self._moments, t.ravel()
         found = np.zeros((len(signs), times.size))
-        same = np.searchsorted(at, times)
-        is_same = at[np.minimum(same, len(at) - 1)] == times
-        for decay, (of_before, of_after), rows in zip(self.decays, self._moments, factors, strict=True):
-            before = _before(decay, rows, at, of_before, times)
-            after = _before(decay, rows, -at[::-1], of_after, -times)
-            for n, (row, sign) in enumerate(zip(rows, signs, strict=True)):
-                found[n] += before[n] + sign * after[n]
-                if sign > 0:
-                    found[n, is_same] += joined[same[is_same]] * row[0]
+        for decay, (of_before, of_after), rows in zip(self.decays, moments, factors, strict=True):
+            before = _before(decay, rows, at, of_before, times, "right")  # a centre at t counts as before t
+            after = _before(decay, rows, -at[::-1], of_after, -times, "left")
+            found += before + np.array(signs)[:, None] * after
         return found.reshape(len(signs), *t.shape)
 
     @cached_property
-    def _joined(self) -> tuple[Array, Array]:
-        """The different centres in increasing order, and the sum of the weights at each."""
-        at, place = np.unique(self.centres, return_inverse=True)
-        return at, np.asarray(np.bincount(place, self.weights), dtype=float)
+    def _moments(self) -> tuple[Array, list[tuple[Array, Array]]]:
+        """The different centres in increasing order, and for each of the decays two arrays of moments about them.
 
-    @cached_property
-    def _moments(self) -> list[tuple[Array, Array]]:
-        """For each of the decays, about each centre: the moments of all centres up to it, and of all from it on.
-
-        The second array is in decreasing order of the centres.
+        The first array has the moments of all centres up to each centre; the second one, in decreasing order of the
+        centres, those of all centres from it on.
         """
-        at, joined = self._joined
-        return [(_moments(of, at, joined), _moments(of, -at[::-1], joined[::-1])) for of in self.decays]
+        at, place = np.unique(self.centres, return_inverse=True)
+        joined = np.asarray(np.bincount(place, self.weights), dtype=float)
+        return at, [(_moments(of, at, joined), _moments(of, -at[::-1], joined[::-1])) for of in self.decays]
 
 
 def _moments(decay: Decay, at: Array, weights: Array) -> Array:
@@ -179,12 +170,15 @@ def _moments(decay: Decay, at: Array, weights: Array) -> Array:
     return moments
 
 
-def _before(decay: Decay, factors: list[Array], at: Array, moments: Array, times: Array) -> Array:
-    """Return the sums over the centres that lie strictly before each of the `times`, one row for each of the `factors`.
+def _before(
+    decay: Decay, factors: list[Array], at: Array, moments: Array, times: Array, side: Literal["left", "right"]
+) -> Array:
+    """Return the sums over the centres that lie before each of the `times`, one row for each of the `factors`.
 
-    `factors` are coefficients of polynomials in λr, and `at` has the centres in increasing order.
+    `factors` are coefficients of polynomials in λr, and `at` has the centres in increasing order. A centre at the time
+    itself counts if the `side` is "right".
     """
-    last = np.searchsorted(at, times) - 1
+    last = np.searchsorted(at, times, side) - 1
     some = last >= 0
     found = np.zeros((len(factors), times.size))
     found[:, some] = np.array(factors) @ _move(decay, moments[:, last[some]], times[some] - at[last[some]])
