@@ -34,7 +34,6 @@ from trackably.gp.stencil import Covariance, Stencil, Stencils
 _STEPS = 4  # rungs of the ladder of periods, while the reach (period minus span of the samples) doubles
 _LOWEST = -13  # index of the lowest rung: its period is about 10 % longer than the span, and serves all shorter reaches
 _LONGEST = 2.0**100  # times the span: the longest reach of a kernel for which waves are used
-_CACHED = 2**23  # numbers in the waves kept for an optimiser's next iterates (64 MiB), unless those of a rung are more
 _VANISHED = 36.0  # e^(−x) is at rounding level for every larger x
 _EPS = float(np.finfo(float).eps)
 _LOST = 16 * _EPS  # relative to the largest coefficient: smaller ones are rounding errors
@@ -120,7 +119,8 @@ class Ladder:
     times: Array
     relative_noise: Array
     stencil: Stencil | Stencils
-    _cache: dict[tuple[float, int], Waves] = field(default_factory=dict, init=False, repr=False)
+    _last: dict[tuple[float, int], Waves] = field(default_factory=dict, init=False, repr=False)
+    """The waves of the last rung, which an optimiser's next iterates mostly need."""
 
     @cached_property
     def span(self) -> float:
@@ -144,12 +144,12 @@ class Ladder:
             return None
         # Compute a few waves more, for other kernels. Their number must not depend on earlier calls; else the last bits
         # of results would depend on earlier calls.
-        count, more = found.waves, math.floor(math.exp2(math.ceil(_STEPS * math.log2(found.waves)) / _STEPS)) | 1
-        waves = self._cache.pop((period, more), None) or self._compute(period, more)
-        self._cache[period, more] = waves  # a dictionary keeps its order: the last entry is the one used last
-        sizes = [each.scaled.size + each.products.size for each in self._cache.values()]
-        while len(sizes) > 1 and sum(sizes) > _CACHED:
-            del self._cache[next(iter(self._cache))], sizes[0]
+        count = found.waves
+        rung = period, math.floor(math.exp2(math.ceil(_STEPS * math.log2(count)) / _STEPS)) | 1
+        if rung not in self._last:
+            self._last.clear()
+            self._last[rung] = self._compute(*rung)
+        waves = self._last[rung]
         return Waves(waves.scaled[:, :count], waves.products[:count, :count]), found
 
     def _compute(self, period: float, count: int, has_moved: bool = False) -> Waves:
