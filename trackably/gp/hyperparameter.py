@@ -7,7 +7,7 @@ value with the interval. Only this type says which hyperparameters are learned.
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple, Self, overload
@@ -175,6 +175,34 @@ class Parametrized(ABC):
     def as_known(self) -> Self:
         """Return the same object with every hyperparameter known at its current value."""
         return self.map_values(lambda _, value: float(value))
+
+
+class Combined(Parametrized):
+    """An object that consists of others with hyperparameters: those of the part `x` are called x.NAME."""
+
+    @property
+    @abstractmethod
+    def named_parts(self) -> Mapping[str, Parametrized]:
+        """The parts by their names, in the order of every gradient."""
+
+    @abstractmethod
+    def with_parts(self, parts: Sequence[Any]) -> Self:
+        """Return the same object with other parts, in the same order."""
+
+    def name_of(self, part: str, name: str) -> str:
+        """Return the full name of a part's hyperparameter."""
+        return f"{part}.{name}"
+
+    @property
+    def hyperparameters(self) -> dict[str, float]:
+        parts = self.named_parts.items()
+        return {self.name_of(part, name): v for part, of in parts for name, v in of.hyperparameters.items()}
+
+    def map_values(self, change: Callable[[str, float], float]) -> Self:
+        def change_in(part: str) -> Callable[[str, float], float]:
+            return lambda name, value: change(self.name_of(part, name), value)
+
+        return self.with_parts([of.map_values(change_in(part)) for part, of in self.named_parts.items()])
 
 
 def amplitude(scales: Scales) -> Search:

@@ -47,7 +47,7 @@ class SearchSpace:
         hyperparameter is that of the first process.
         """
         found = dict[str, Search]()
-        for process, part, of in zip(prior.names, prior.parts, samples, strict=True):
+        for (process, part), of in zip(prior.named_parts.items(), samples, strict=True):
             scales = _scales(of, part, shortest)
             for name, value in part.hyperparameters.items():
                 if isinstance(value, Learned):

@@ -8,7 +8,7 @@ of `jet` and `jet_and_gradient`.
 import dataclasses
 import math
 from abc import abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import comb
@@ -18,7 +18,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from trackably.arrays import Array
-from trackably.gp.hyperparameter import Parametrized
+from trackably.gp.hyperparameter import Combined, Parametrized
 
 # Jets: arrays of the values of a function and of its derivatives by time. How to differentiate and multiply them.
 
@@ -261,7 +261,7 @@ class Kernel(Parametrized):
 
 
 @dataclasses.dataclass(frozen=True)
-class _Pair(Kernel):
+class _Pair(Combined, Kernel):
     """Two kernels. Their hyperparameters are named left.NAME and right.NAME. TypeError: a part is no kernel."""
 
     left: Kernel
@@ -273,13 +273,11 @@ class _Pair(Kernel):
                 raise TypeError(f"{type(self).__name__}: {side} must be a kernel, got {part!r}")
 
     @property
-    def hyperparameters(self) -> dict[str, float]:
-        parts = {"left": self.left, "right": self.right}
-        return {f"{side}.{name}": v for side, part in parts.items() for name, v in part.hyperparameters.items()}
+    def named_parts(self) -> dict[str, Kernel]:
+        return {"left": self.left, "right": self.right}
 
-    def map_values(self, change: Callable[[str, float], float]) -> Self:
-        left = self.left.map_values(lambda name, value: change(f"left.{name}", value))
-        return type(self)(left, self.right.map_values(lambda name, value: change(f"right.{name}", value)))
+    def with_parts(self, parts: Sequence[Kernel]) -> Self:
+        return type(self)(*parts)
 
     @property
     def period(self) -> float | None:
