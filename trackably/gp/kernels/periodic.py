@@ -7,7 +7,7 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.gp.hyperparameter import Hyperparameter, amplitude, fraction_of_period, repetition
-from trackably.gp.kernels.base import leibniz, lengthscale_gradient
+from trackably.gp.kernels.base import lengthscale_gradient
 from trackably.gp.kernels.elementary import Elementary
 
 
@@ -26,7 +26,10 @@ class Periodic(Elementary):
         jet, detour = self._jets(r, order + 1)
         gradient = np.empty((3, *jet[:-1].shape))
         gradient[0] = 2 * jet[:-1]
-        gradient[1] = 2 * leibniz(jet[None, :-1], detour[None, :-1])[0]  # ∂κ/∂ln θ₂ = 2 g κ with g = −ln(κ/θ₁²)
+        for n in range(order + 1):  # ∂κ/∂ln θ₂ = 2 g κ with g = −ln(κ/θ₁²), differentiated n times
+            gradient[1, n] = 2 * detour[n] * jet[0]
+            for j in range(1, n + 1):
+                gradient[1, n] += 2 * comb(n, j) * detour[n - j] * jet[j]
         gradient[2] = lengthscale_gradient(jet, r)
         return jet[:-1], gradient
 
