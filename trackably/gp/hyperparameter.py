@@ -58,11 +58,6 @@ class Learned(float):
         learned.interval, learned.default = interval, default
         return learned
 
-    @classmethod
-    def between(cls, lower: float, upper: float) -> Self:
-        """Return a hyperparameter learned between two numbers; its current value is their geometric mean."""
-        return cls(math.sqrt(lower * upper), (lower, upper))
-
     def search(self, scales: Scales) -> Search:
         """Return the search interval: the user's, or one chosen from the samples' `scales`."""
         if self.interval:
@@ -112,7 +107,8 @@ def hyperparameter(given: Any) -> float:
         case None:
             return Learned(1.0)
         case (lower, upper) if _is_positive(lower) and _is_positive(upper) and lower < upper:
-            return Learned.between(float(lower), float(upper))
+            interval = float(lower), float(upper)
+            return Learned(math.sqrt(math.prod(interval)), interval)
         case _ if _is_positive(given):
             return given if isinstance(given, Learned) else float(given)
     raise ValueError("a positive number (known) or [lower, upper] with 0 < lower < upper (learned)")

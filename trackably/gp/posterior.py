@@ -47,7 +47,7 @@ class Posterior:
     @cached
     def signal(self) -> KernelSum:
         """The posterior mean as a function of time."""
-        return self.with_kernels(self.weights, _NONE, _NONE)
+        return self.with_kernels(self.weights)
 
     def jets(self, t: Array, order: int) -> Array:
         """Return the mean m⁺, then its ∂/∂ln θ_j, at t [s], each with its time derivatives up to `order`.
@@ -96,7 +96,7 @@ class Posterior:
         """Return A⁻¹ r with A = K + σ_n² I, for one r of shape (n,), or for each column of an (n, m) array."""
         return self._factored.solve(right)
 
-    def with_kernels(self, own: Array, t: Array, weights: Array) -> KernelSum:
+    def with_kernels(self, own: Array, t: Array = _NONE, weights: Array = _NONE) -> KernelSum:
         """Return m + Σ_i w_i κ(·, S_i) + Σ_p u_p κ(·, t_p): sample i, a functional S_i, has the weight w_i = `own`[i].
 
         u = `weights` are those of further kernels with centres at t [s], both (P,). A `base` takes the place of m.

@@ -16,7 +16,7 @@ from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior
 from trackably.gp.rows import Rows, Terms
 from trackably.gp.signal import KernelSum
-from trackably.learning.index_set import IndexSet, RealTimes, TimesAndMargins
+from trackably.learning.index_set import IndexSet, RealTimes, TimesAndMargins, lowest_of_each
 from trackably.systems.trajectories import Functional, Quantities, Quantity, Trajectory
 from trackably.work import done
 
@@ -190,7 +190,7 @@ def _lowest(
         constraint.index_set.nearest(first + _INNER * length)
         for constraint, first, length in zip(constraints, starts, reach, strict=True)
     ]
-    return [_lowest_of_each(*pair) for pair in zip(times, margins_at(together, times), strict=True)]
+    return [lowest_of_each(*pair) for pair in zip(times, margins_at(together, times), strict=True)]
 
 
 def margins_at(together: Quantities, times: Sequence[Array]) -> list[Array]:
@@ -200,12 +200,6 @@ def margins_at(together: Quantities, times: Sequence[Array]) -> list[Array]:
     lasts = [at.shape[-1] for at in times]
     margins = together.margins_of(np.repeat(np.arange(len(times)), lasts), np.concatenate(times, axis=-1))
     return np.split(margins, np.cumsum(lasts)[:-1], axis=-1)
-
-
-def _lowest_of_each(times: Array, margins: Array) -> tuple[Array, Array]:
-    """Return the time of the lowest margin in each column, and that margin."""
-    lowest, every = np.argmin(margins, axis=0), np.arange(margins.shape[1])
-    return times[lowest, every], margins[lowest, every]
 
 
 def joined(one: Sequence[TimesAndMargins], other: Sequence[TimesAndMargins]) -> list[TimesAndMargins]:

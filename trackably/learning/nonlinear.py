@@ -28,26 +28,6 @@ class Program:
     places: tuple[Array, ...]
     restores: bool = False
 
-    def minimise(
-        self,
-        start: Array,
-        curvature: Array | None = None,
-        precision: float = sqp.PRECISION,
-        give_up: sqp.GiveUp = sqp.never,
-        radius: float = sqp.FIRST_RADIUS,
-    ) -> sqp.Minimum | None:
-        """Return a local minimum found from ln θ = `start`. See `sqp.minimise` for the options.
-
-        None if the objective is undefined at the start, or if the search is given up. `curvature` and `give_up` belong
-        to the objective: a program without an objective ignores them.
-        """
-        if self.restores:
-            curvature, give_up = None, sqp.never
-        space = self.problem.space
-        return sqp.minimise(
-            self.evaluate, start, space.log_lower, space.log_upper, radius, curvature, precision, give_up
-        )
-
     def evaluate(self, log_theta: Array) -> sqp.Evaluation | None:
         """Return objective and slacks at ln θ with their derivatives.
 

@@ -41,9 +41,8 @@ _OFF_GRID = np.arange(1, 5) * (math.sqrt(5) - 1) / 4 % 1  # parts of a distance 
 
 
 class Cosines(NamedTuple):
-    """κ(r) = Σ_k s_k cos(2πk r/P) with the `period` P [s], `powers` s_k (K,), and `gradient` ∂s_k/∂ln θ_j (p, K)."""
+    """κ(r) = Σ_k s_k cos(2πk r/P) for a period P [s], with `powers` s_k (K,) and `gradient` ∂s_k/∂ln θ_j (p, K)."""
 
-    period: float
     powers: Array
     gradient: Array
 
@@ -75,7 +74,7 @@ def cosines(covariance: Covariance, period: float, reach: float, span: float, mo
     found[:, 0] /= 2
     sizes = np.abs(found[0])
     kept = found[:, : np.flatnonzero(sizes >= _LOST * sizes.max())[-1] + 1]  # all, if all are zero
-    lines = Cosines(period, kept[0], kept[1:])
+    lines = Cosines(kept[0], kept[1:])
     if lines.waves > most:
         return None
     phases = np.multiply.outer(np.arange(len(lines.powers)), math.tau / period * checked)

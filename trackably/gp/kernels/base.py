@@ -288,9 +288,6 @@ class _Pair(Combined, Kernel):
     def is_analytic(self) -> bool:
         return self.left.is_analytic and self.right.is_analytic
 
-    @abstractmethod
-    def jet(self, r: Array, order: int) -> Array: ...
-
 
 @dataclasses.dataclass(frozen=True)
 class Sum(_Pair):
