@@ -106,7 +106,8 @@ def _structured_factorisations(prior: Prior, samples: Samples, stencil: Stencil)
     n, times, kernel = len(samples), samples.times, prior.kernel
     if n < _FEWEST_OF_WAVES:
         return
-    variances, largest = noise_variance(prior, samples), stencil.largest_gain * kernel(np.zeros(())).item()
+    variances = noise_variance(prior, samples)
+    largest = sum(map(abs, stencil.weights)) ** 2 * kernel(np.zeros(())).item()  # at least every entry of K
     least = variances.min().item() / math.sqrt(n)
 
     def is_allowed(error: float, agreement: float = _AGREEMENT) -> bool:

@@ -63,9 +63,7 @@ class JointPrior(Combined):
 
     def with_log_hyperparameters(self, log_theta: Array) -> Self:
         """Return the prior at ln θ of the learned hyperparameters, shape (p,): the inverse of `log_hyperparameters`."""
-        moved = self.with_hyperparameters(dict(zip(self.learned, np.exp(log_theta).tolist(), strict=True)))
-        vars(moved).update(learned=self.learned, places=self.places)  # which depend on names alone
-        return moved
+        return self.with_hyperparameters(dict(zip(self.learned, np.exp(log_theta).tolist(), strict=True)))
 
     @cached
     def places(self) -> tuple[list[int], ...]:

@@ -70,15 +70,6 @@ class Candidate:
         found = tuple(places[(margins < 0) & np.isfinite(margins)] for places, margins in self.minima)
         return found if any(len(m) > len(k) for m, k in zip(merge(known, found), known, strict=True)) else None
 
-    def infeasible(self, problem: ConstrainedProblem) -> NothingFeasible:
-        """Return the bound that this candidate violates most, as the reason why no candidate is feasible.
-
-        Call it for the candidate that violates its bounds least.
-        """
-        margin, index, time = self.worst
-        quantity = problem.constraints[index].quantity
-        return NothingFeasible(self.posterior, quantity, time, -margin * quantity.bounds.width, problem.broken_at_rest)
-
 
 def merge(known: Places, new: Places) -> Places:
     """Return, for each constraint, the union of known and new places (times), sorted."""
@@ -142,7 +133,12 @@ class Exchange:
             others = self._other_minima(self.best.log_theta)
             found = posterior, posterior.signals, objective, self.active, self.fits, self.rounds
             return Solution(*found, others=others)
-        return self.closest.infeasible(self.problem) if self.closest else NothingFactored(self.problem.prior)
+        if self.closest is None:
+            return NothingFactored(self.problem.prior)
+        margin, index, time = self.closest.worst
+        quantity = self.problem.constraints[index].quantity
+        violation = -margin * quantity.bounds.width
+        return NothingFeasible(self.closest.posterior, quantity, time, violation, self.problem.broken_at_rest)
 
     def follow(self, starts: Iterable[Array]) -> None:
         """Search for the local minimum near each promising start; each search imposes bounds at its own times.

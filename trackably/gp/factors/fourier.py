@@ -27,7 +27,7 @@ import numpy as np
 import scipy
 
 from trackably.arrays import Array
-from trackably.gp.factors.factorisation import Factorisation
+from trackably.gp.factors.factorisation import Factorisation, cholesky_solve
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.stencil import Covariance, Stencil, Stencils
 
@@ -201,11 +201,11 @@ class Fourier(Factorisation):
 
     def solve(self, right: Array) -> Array:
         y = right.T / self.relative_noise
-        x = self._solve(self._along(y))
+        x = cholesky_solve(self.factor, self._along(y).T).T
         rest = y - self._spread(x)
         # Refine: rest = (I + M Mᵀ)⁻¹ y up to rounding, so Mᵀ rest should be x = B⁻¹ Mᵀ y, B = I + Mᵀ M. Remove the
         # effect of the difference.
-        rest -= self._spread(self._solve(self._along(rest) - x))
+        rest -= self._spread(cholesky_solve(self.factor, (self._along(rest) - x).T).T)
         return np.asarray((rest / self.relative_noise).T / self.noise_variance)
 
     def gradient_times(self, c: Array) -> Array:
@@ -243,8 +243,3 @@ class Fourier(Factorisation):
     def _spread(self, rows: Array) -> Array:
         """Return M times each of the `rows` (…, m), with M = ϱ⁻¹ Φ diag(`root`); the shape is (…, n)."""
         return np.asarray((rows * self.root) @ self.waves.scaled.T)
-
-    def _solve(self, rows: Array) -> Array:
-        """Return B⁻¹ times each of the `rows` (…, m)."""
-        solved, _ = scipy.linalg.lapack.dpotrs(self.factor, rows.T, lower=True)
-        return np.asarray(solved.T.reshape(rows.shape))

@@ -33,7 +33,7 @@ import numpy as np
 import scipy
 
 from trackably.arrays import Array
-from trackably.gp.factors.factorisation import Factorisation
+from trackably.gp.factors.factorisation import Factorisation, cholesky_solve
 from trackably.gp.kernels.base import Decay
 from trackably.gp.rows import Terms
 from trackably.gp.stencil import Covariance
@@ -134,10 +134,6 @@ class Factor(NamedTuple):
     cholesky: Array
     gain: Array
 
-    def solve(self, right: Array) -> Array:
-        """Return S⁻¹ r for r (b,) or (b, m), with the factorised covariance S of b samples given all earlier ones."""
-        return np.asarray(scipy.linalg.lapack.dpotrs(self.cholesky, right, lower=True)[0].reshape(right.shape))
-
     def inverse(self) -> Array:
         """Return S⁻¹ (b, b), with the factorised covariance S of b samples given all earlier ones."""
         inverse, _ = scipy.linalg.lapack.dtrtri(self.cholesky, lower=True)
@@ -168,8 +164,7 @@ class Quasiseparable(Factorisation):
             if info:
                 return None
             moved = block.into[0] - block.move @ seen.T
-            factor = Factor(cholesky, np.empty(0))
-            factor = factor._replace(gain=factor.solve(moved.T))
+            factor = Factor(cholesky, cholesky_solve(cholesky, moved.T))
             explained = moved @ factor.gain + block.move @ explained @ block.move.T
             factors.append(factor)
         return cls(blocks, factors, noise_variance)
@@ -184,7 +179,7 @@ class Quasiseparable(Factorisation):
         for block, factor in zip(self.blocks, self.factors, strict=True):
             solution[block.rows] -= block.out @ state
             state = factor.gain.T @ solution[block.rows] + block.move @ state
-            solution[block.rows] = factor.solve(solution[block.rows])
+            solution[block.rows] = cholesky_solve(factor.cholesky, solution[block.rows])
         state = np.zeros((len(self.blocks[-1].move), *right.shape[1:]))
         for block, factor in self._backwards():
             solution[block.rows] -= factor.gain @ state
