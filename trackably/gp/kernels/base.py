@@ -39,13 +39,10 @@ def leibniz(f: Array, g: Array) -> Array:
 
     Either f or g may be a single jet, with p = 1.
     """
-    if f.shape[1] == 1:
-        return np.asarray(f * g)  # values without derivatives: the most frequent case
     product = np.zeros(np.broadcast_shapes(f.shape, g.shape))
     for n in range(f.shape[1]):
         for j in range(n + 1):
-            times = f[:, j] if j in (0, n) else math.comb(n, j) * f[:, j]
-            product[:, n] += times * g[:, n - j]
+            product[:, n] += comb(n, j) * f[:, j] * g[:, n - j]
     return product
 
 
