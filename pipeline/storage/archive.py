@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.deviations import deviation
 from pipeline.margins import MarginProfile
 from pipeline.methods import LearnedReference
 from pipeline.published.algorithm1 import Trace
@@ -196,7 +195,8 @@ def _curves(sampled: Sampled, learned: LearnedReference, times: Array) -> Series
     curves = {name: states[:, i] for i, name in enumerate(plant.system.states)}
     for name, state in zip(plant.system.states, plant.flatness.states, strict=True):
         if (functional := state.functional) is not None:  # nonlinear formulas have no posterior deviation
-            curves[f"{name}_std"] = deviation(posterior, functional, times)
+            own = (posterior.parts[c].variance_of(w, plant.sampling_time, times) for c, w in functional.rounded)
+            curves[f"{name}_std"] = np.sqrt(sum(own, np.zeros(times.shape)))
     curves |= {name: inputs[:, i] for i, name in enumerate(plant.system.inputs)}
     if is_scalar(plant):
         curves["successor_lower"], curves["successor_upper"] = reachable_tube(reference, times)

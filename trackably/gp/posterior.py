@@ -49,6 +49,15 @@ class Posterior:
         """The posterior mean as a function of time."""
         return self.with_kernels(self.weights)
 
+    def variance_of(self, weights: Array, step: float, t: Array) -> Array:
+        """Return the variance of Σ_j w_j g(t + j step) at t [s], for weights (J,) and a step [s]; same shape as t.
+
+        For a single weight of 1 it is κ(0) − k(t)ᵀ (K + σ_n² I)⁻¹ k(t), where k(t) are the covariances of the signal at
+        t and the samples. It is at least 0.
+        """
+        width = 4 * len(weights) * len(self.samples.centres)
+        return in_blocks(partial(self._variance_of, weights, step), np.asarray(t, dtype=float), width)
+
     def jets(self, t: Array, order: int) -> Array:
         """Return the mean m⁺, then its ∂/∂ln θ_j, at t [s], each with its time derivatives up to `order`.
 
@@ -165,6 +174,16 @@ class Posterior:
         stencil = self.samples.stencil
         before = stencil.measured(self.base, self.samples.times) if self.base else stencil.at_rest(self.prior.mean)
         return np.asarray(self.samples.values - before)
+
+    def _variance_of(self, weights: Array, step: float, t: Array) -> Array:
+        kernel = self.prior.kernel
+        shifts = step * np.arange(len(weights))
+        covariances = kernel(t[..., None, None] + shifts[:, None] - self.samples.centres)
+        cross = self.samples.stencil.combine(weights @ covariances)
+        columns = cross.reshape(-1, len(self.samples)).T
+        explained = np.sum(cross * self._factored.solve(columns).T.reshape(cross.shape), axis=-1)
+        before = weights @ kernel(shifts[:, None] - shifts) @ weights
+        return np.asarray(np.maximum(before - explained, 0.0))
 
     def _jets(self, order: int, t: Array) -> Array:
         kernel, r, weights = self.prior.kernel, t[..., None] - self.samples.centres, self._weights_and_gradient

@@ -5,7 +5,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline.deviations import variance
 from tests.trackably.gp import naive
 from tests.trackably.gp.instances import REPRESENTATIVE, decaying_kernels, over
 from trackably.gp.kernels.squared_exponential import SquaredExponential
@@ -52,7 +51,7 @@ def test_posteriors_are_those_of_the_whole_matrix_and_their_gradients_central_di
     np.testing.assert_allclose(gradient, slopes, rtol=1e-6, atol=1e-6 * max(1, abs(value)))
     np.testing.assert_allclose(posterior.signal(TIMES), naive.mean(prior, samples, TIMES), rtol=1e-8, atol=1e-9)
     wanted = np.diag(naive.covariance(prior, samples, TIMES))
-    np.testing.assert_allclose(variance(posterior, np.ones(1), 0.0, TIMES) / scale, wanted / scale, atol=1e-9)
+    np.testing.assert_allclose(posterior.variance_of(np.ones(1), 0.0, TIMES) / scale, wanted / scale, atol=1e-9)
     slopes = naive.by_log_hyperparameters(lambda p: naive.mean(p, samples, TIMES), prior)
     np.testing.assert_allclose(posterior.jets(TIMES, 0)[1:, 0], slopes, rtol=1e-6, atol=2e-6)
     jet, *gradient = posterior.jets(TIMES, 1)
@@ -67,8 +66,8 @@ def test_variance_lies_between_zero_and_the_prior(kernel, values, noise_std):
     scale = float(kernel(np.zeros(())))
     samples = Samples(np.arange(len(values)) * 0.3, values)
     prior = Prior(kernel.as_learned(), noise_std * scale**0.5)
-    found = variance(Posterior(prior, samples), np.ones(1), 0.0, np.append(samples.times, np.linspace(-1, 4, 50)))
-    assert np.all((found >= 0) & (found <= scale * (1 + 1e-12)))
+    variance = Posterior(prior, samples).variance_of(np.ones(1), 0.0, np.append(samples.times, np.linspace(-1, 4, 50)))
+    assert np.all((variance >= 0) & (variance <= scale * (1 + 1e-12)))
 
 
 def test_samples_of_changes_alone_say_nothing_of_the_mean():

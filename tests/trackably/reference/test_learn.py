@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from pipeline.deviations import variance
 from tests.trackably.gp import naive
 from tests.trackably.plants import AXIS, CART, KERNEL, MOVED, SAMPLES, TIMES
 from trackably import (
@@ -38,7 +37,7 @@ def test_deviations_are_those_of_the_states_that_many_draws_would_have(axis):
     covariance = naive.covariance(axis.prior.parts[0], axis.samples[0], 0.31 + step * np.arange(3))
     rows = np.array([[0.5, 0.5, 0], [-1 / step, 1 / step, 0], [1 / step**2, -2 / step**2, 1 / step**2]])
     expected = np.sqrt(np.diag(rows @ covariance @ rows.T))
-    found = [variance(axis.fit.posterior.parts[0], row, step, np.array(0.31)) for row in rows]
+    found = [axis.fit.posterior.parts[0].variance_of(row, step, np.array(0.31)) for row in rows]
     assert np.all(np.abs(np.sqrt(found) / expected - 1) < [1e-4, 1e-4, 1e-2])
 
 

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from pipeline.deviations import variance
 from trackably.gp.factorise import candidates
 from trackably.gp.factors.factorisation import Factorisation
 from trackably.gp.posterior import Posterior
@@ -41,7 +40,7 @@ def disagreement(one: Posterior, other: Posterior) -> float:
 
     def answers(p):
         jets = p.jets(t, 0)
-        derived = jets[0] - p.prior.mean, jets[1:], p.signal.derivative(t), variance(p, np.ones(1), 0.0, t)
+        derived = jets[0] - p.prior.mean, jets[1:], p.signal.derivative(t), p.variance_of(np.ones(1), 0.0, t)
         return *p.negative_log_marginal_likelihood(), p.weights, *derived
 
     return max(np.max(np.abs(a - b)) / np.max(np.abs(b)) for a, b in zip(answers(one), answers(other), strict=True))
