@@ -11,7 +11,8 @@ from scipy.linalg import lapack
 
 from benchmarks.harness import Row, agree, duel, in_new_process, within
 from benchmarks.problems import NOISE, PRIOR, irregular, likelihood, regular, solved
-from trackably.gp.factorise import dense_factorisation
+from trackably.gp.factorise import noise_variance
+from trackably.gp.factors.dense import Dense
 from trackably.gp.posterior import Posterior
 from trackably.gp.samples import Samples
 from trackably.learning.problem import ConstrainedProblem
@@ -95,7 +96,8 @@ def _dense(samples: Samples) -> Callable[[], object]:
 
     def of_whole_matrix() -> object:
         posterior = Posterior(PRIOR.parts[0], samples)
-        vars(posterior)["_factored"] = dense_factorisation(posterior.prior, samples)
+        covariance, noise = samples.covariance(posterior.prior.kernel), noise_variance(posterior.prior, samples)
+        vars(posterior)["_factored"] = Dense.of(*covariance, noise)
         return posterior.negative_log_marginal_likelihood()
 
     return of_whole_matrix

@@ -71,11 +71,6 @@ def factorise(prior: Prior, samples: Samples) -> Factorisation | None:
     return next((factor for factor in candidates(prior, samples) if factor is not None), None)
 
 
-def dense_factorisation(prior: Prior, samples: Samples) -> Dense | None:
-    """Factorise K + V as a dense matrix; None if it is not positive definite in float64."""
-    return Dense.of(*samples.covariance(prior.kernel), noise_variance(prior, samples))
-
-
 def candidates(prior: Prior, samples: Samples) -> Iterator[Factorisation | None]:
     """Yield the factorisations of K + V that are exact up to rounding, the fastest first, each computed on demand.
 
@@ -99,7 +94,7 @@ def candidates(prior: Prior, samples: Samples) -> Iterator[Factorisation | None]
             "whose memory grows with the number of samples"
         )
     if n <= LARGEST_DENSE or not is_structured:
-        yield dense_factorisation(prior, samples)
+        yield Dense.of(*samples.covariance(prior.kernel), noise_variance(prior, samples))
 
 
 def _structured_factorisations(prior: Prior, samples: Samples, stencil: Stencil) -> Iterator[Factorisation | None]:
@@ -112,7 +107,8 @@ def _structured_factorisations(prior: Prior, samples: Samples, stencil: Stencil)
     n, times, kernel = len(samples), samples.times, prior.kernel
     if n < _FEWEST_OF_WAVES:
         return
-    variances, largest = noise_variance(prior, samples), stencil.largest_gain * kernel(np.zeros(())).item()
+    variances = noise_variance(prior, samples)
+    largest = sum(map(abs, stencil.weights)) ** 2 * kernel(np.zeros(())).item()  # at least every entry of K
     least = variances.min().item() / math.sqrt(n)
 
     def is_allowed(error: float, agreement: float = _AGREEMENT) -> bool:

@@ -7,7 +7,7 @@ value with the interval. Only this type says which hyperparameters are learned.
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple, Self, overload
@@ -42,23 +42,28 @@ class Search(NamedTuple):
 
 
 class Learned(float):
-    """The current value of a hyperparameter learned in `interval`.
+    """The current value of a hyperparameter learned in `interval`; if this is None, `default` chooses one from samples.
 
-    If `interval` is None, it is chosen from the samples.
+    The field of a kernel or a prior that takes the value sets its own `default`.
     """
 
-    __slots__ = ("interval",)
+    __slots__ = ("default", "interval")
     interval: Interval | None
+    default: Callable[[Scales], Search] | None
 
-    def __new__(cls, value: float, interval: Interval | None = None) -> Self:
+    def __new__(
+        cls, value: float, interval: Interval | None = None, default: Callable[[Scales], Search] | None = None
+    ) -> Self:
         learned = float.__new__(cls, value)
-        learned.interval = interval
+        learned.interval, learned.default = interval, default
         return learned
 
-    @classmethod
-    def between(cls, lower: float, upper: float) -> Self:
-        """Return a hyperparameter learned between two numbers; its current value is their geometric mean."""
-        return cls(math.sqrt(lower * upper), (lower, upper))
+    def search(self, scales: Scales) -> Search:
+        """Return the search interval: the user's, or one chosen from the samples' `scales`."""
+        if self.interval:
+            return Search(self.interval)
+        assert self.default, "a kernel or a prior holds this value"
+        return self.default(scales)
 
 
 class Hyperparameter:
@@ -85,9 +90,12 @@ class Hyperparameter:
 
     def __set__(self, owner: object, given: float | Interval | None) -> None:
         try:
-            vars(owner)[self.name] = hyperparameter(given)
+            value = hyperparameter(given)
         except ValueError as error:
             raise ValueError(f"{type(owner).__name__}: {self.name} must be {error}, got {given!r}") from None
+        if isinstance(value, Learned):
+            value = Learned(value, value.interval, self.search)
+        vars(owner)[self.name] = value
 
 
 def hyperparameter(given: Any) -> float:
@@ -99,7 +107,8 @@ def hyperparameter(given: Any) -> float:
         case None:
             return Learned(1.0)
         case (lower, upper) if _is_positive(lower) and _is_positive(upper) and lower < upper:
-            return Learned.between(float(lower), float(upper))
+            interval = float(lower), float(upper)
+            return Learned(math.sqrt(math.prod(interval)), interval)
         case _ if _is_positive(given):
             return given if isinstance(given, Learned) else float(given)
     raise ValueError("a positive number (known) or [lower, upper] with 0 < lower < upper (learned)")
@@ -162,6 +171,34 @@ class Parametrized(ABC):
     def as_known(self) -> Self:
         """Return the same object with every hyperparameter known at its current value."""
         return self.map_values(lambda _, value: float(value))
+
+
+class Combined(Parametrized):
+    """An object that consists of others with hyperparameters: those of the part `x` are called x.NAME."""
+
+    @property
+    @abstractmethod
+    def named_parts(self) -> Mapping[str, Parametrized]:
+        """The parts by their names, in the order of every gradient."""
+
+    @abstractmethod
+    def with_parts(self, parts: Sequence[Any]) -> Self:
+        """Return the same object with other parts, in the same order."""
+
+    def name_of(self, part: str, name: str) -> str:
+        """Return the full name of a part's hyperparameter."""
+        return f"{part}.{name}"
+
+    @property
+    def hyperparameters(self) -> dict[str, float]:
+        parts = self.named_parts.items()
+        return {self.name_of(part, name): v for part, of in parts for name, v in of.hyperparameters.items()}
+
+    def map_values(self, change: Callable[[str, float], float]) -> Self:
+        def change_in(part: str) -> Callable[[str, float], float]:
+            return lambda name, value: change(self.name_of(part, name), value)
+
+        return self.with_parts([of.map_values(change_in(part)) for part, of in self.named_parts.items()])
 
 
 def amplitude(scales: Scales) -> Search:

@@ -8,7 +8,7 @@ from typing import Self
 import numpy as np
 
 from trackably.arrays import Array, root_mean_square
-from trackably.gp.hyperparameter import Learned, Parametrized, Scales, Search
+from trackably.gp.hyperparameter import Combined, Learned
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.posterior import Posterior
 from trackably.gp.prior import NOISE, Prior
@@ -17,7 +17,7 @@ from trackably.gp.signal import KernelSum
 
 
 @dataclass(frozen=True)
-class JointPrior(Parametrized):
+class JointPrior(Combined):
     """Independent processes with `names`, each with its prior; hyperparameters named in `shared` are the same for all.
 
     A hyperparameter is called `<process>.<name>`, or just `<name>` if it is shared or if there is only one process.
@@ -45,63 +45,33 @@ class JointPrior(Parametrized):
                 )
 
     @property
-    def hyperparameters(self) -> dict[str, float]:
-        """All hyperparameters by name (values, not logarithms), process by process."""
-        return {
-            self.name_of(process, name): value
-            for process, part in zip(self.names, self.parts, strict=True)
-            for name, value in part.hyperparameters.items()
-        }
+    def named_parts(self) -> dict[str, Prior]:
+        return dict(zip(self.names, self.parts, strict=True))
+
+    def with_parts(self, parts: Iterable[Prior]) -> Self:
+        """Return the joint prior with other priors of the processes."""
+        return type(self)(tuple(parts), self.names, self.shared)
+
+    def name_of(self, part: str, name: str) -> str:
+        plain = len(self.parts) == 1 or name in self.shared
+        return name if plain else f"{part}.{name}"
 
     @property
     def log_hyperparameters(self) -> Array:
         """ln θ of the learned hyperparameters, shape (p,)."""
         return np.log([self.hyperparameters[name] for name in self.learned])
 
-    def search(self, name: str, scales: Sequence[Scales]) -> Search:
-        """Return the search interval of a learned hyperparameter, from the scales of its process's samples.
-
-        For a shared hyperparameter, the samples of the first process are used.
-        """
-        every = zip(self._named, scales, strict=True)
-        return next(
-            part.search(own, of)
-            for (process, part), of in every
-            for own in part.learned
-            if self.name_of(process, own) == name
-        )
-
     def with_log_hyperparameters(self, log_theta: Array) -> Self:
         """Return the prior at ln θ of the learned hyperparameters, shape (p,): the inverse of `log_hyperparameters`."""
-        moved = self.with_hyperparameters(dict(zip(self.learned, np.exp(log_theta).tolist(), strict=True)))
-        vars(moved).update(learned=self.learned, places=self.places)  # which depend on names alone
-        return moved
-
-    def with_parts(self, parts: Iterable[Prior]) -> Self:
-        """Return the joint prior with other priors of the processes."""
-        return type(self)(tuple(parts), self.names, self.shared)
-
-    def map_values(self, change: Callable[[str, float], float]) -> Self:
-        def change_in(process: str) -> Callable[[str, float], float]:
-            return lambda name, value: change(self.name_of(process, name), value)
-
-        return self.with_parts(part.map_values(change_in(process)) for process, part in self._named)
+        return self.with_hyperparameters(dict(zip(self.learned, np.exp(log_theta).tolist(), strict=True)))
 
     @cached
     def places(self) -> tuple[list[int], ...]:
         """For each process, the indices of its learned hyperparameters among all learned ones."""
         return tuple(
-            [self.learned.index(self.name_of(process, name)) for name in part.learned] for process, part in self._named
+            [self.learned.index(self.name_of(process, name)) for name in part.learned]
+            for process, part in self.named_parts.items()
         )
-
-    @property
-    def _named(self) -> list[tuple[str, Prior]]:
-        return list(zip(self.names, self.parts, strict=True))
-
-    def name_of(self, process: str, name: str) -> str:
-        """Return the full name of a process's hyperparameter."""
-        plain = len(self.parts) == 1 or name in self.shared
-        return name if plain else f"{process}.{name}"
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,6 @@ from trackably.gp.compact import within_a_period
 from trackably.gp.factorise import factorise, noise_variance
 from trackably.gp.factors.factorisation import Factorisation
 from trackably.gp.prior import Prior
-from trackably.gp.rows import RowKernel
 from trackably.gp.samples import Samples
 from trackably.gp.signal import KernelSum, in_blocks
 
@@ -48,7 +47,7 @@ class Posterior:
     @cached
     def signal(self) -> KernelSum:
         """The posterior mean as a function of time."""
-        return self.with_kernels(self.weights, _NONE, _NONE)
+        return self.with_kernels(self.weights)
 
     def variance_of(self, weights: Array, step: float, t: Array) -> Array:
         """Return the variance of Σ_j w_j g(t + j step) at t [s], for weights (J,) and a step [s]; same shape as t.
@@ -106,15 +105,7 @@ class Posterior:
         """Return A⁻¹ r with A = K + σ_n² I, for one r of shape (n,), or for each column of an (n, m) array."""
         return self._factored.solve(right)
 
-    def weights_with_rows(self, cross: Array) -> Array:
-        """Return the weights of the samples in m⁺ + Σ_a ν_a κ⁺(·, L_a), for rows L_a with multipliers ν_a: (n,).
-
-        They are c − A⁻¹ `cross`, with the weights c of m⁺ and A = K + σ_n² I. `cross` (n,) is the covariance of each
-        sample with Σ_a ν_a L_a g.
-        """
-        return self.weights - self.solve(cross)
-
-    def with_kernels(self, own: Array, t: Array, weights: Array) -> KernelSum:
+    def with_kernels(self, own: Array, t: Array = _NONE, weights: Array = _NONE) -> KernelSum:
         """Return m + Σ_i w_i κ(·, S_i) + Σ_p u_p κ(·, t_p): sample i, a functional S_i, has the weight w_i = `own`[i].
 
         u = `weights` are those of further kernels with centres at t [s], both (P,). A `base` takes the place of m.
@@ -126,24 +117,7 @@ class Posterior:
         every = np.concatenate(centres), np.concatenate(together)
         return within_a_period(KernelSum.of_terms(self.prior.kernel, self.prior.mean, *every))
 
-    @cached
-    def misfit_gradient(self) -> Array:
-        """−∂/∂ln θ of (y − m)ᵀ A⁻¹ (y − m) with A = K + σ_n² I; the shape is (p,).
-
-        It equals ∂/∂ln θ of cᵀ A c for fixed weights c = A⁻¹ (y − m).
-        """
-        return self._form_gradient(self.weights)
-
-    def energy_gradient(self, rows: RowKernel, multipliers: Array, weights: Array) -> Array:
-        """Return ∂/∂ln θ of wᵀ A w + 2 νᵀ (L κ(·, S)) w + νᵀ (L L κ) ν for fixed `multipliers` ν and `weights` w: (p,).
-
-        A is K + σ_n² I, L κ(·, S) the covariances of rows and samples, and L L κ those of rows. If w (n,) are the
-        samples' weights that belong to ν, the expression is the cost of a function: its norm plus its misfit.
-        """
-        by_kernel = rows.energy_gradient(multipliers, self.samples.centres, self.samples.stencil.spread(weights))
-        return np.asarray(self._form_gradient(weights) + np.append(by_kernel, 0.0)[self.prior.places])
-
-    def _form_gradient(self, weights: Array) -> Array:
+    def energy_gradient(self, weights: Array) -> Array:
         """Return ∂/∂ln θ of wᵀ (K + σ_n² I) w for fixed weights w; the shape is (p,)."""
         by_kernel = self._factored.gradient_times(weights) @ weights
         by_noise = 2 * noise_variance(self.prior, self.samples) @ weights**2

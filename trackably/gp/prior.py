@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from trackably.arguments import real
-from trackably.gp.hyperparameter import Hyperparameter, Learned, Parametrized, Scales, Search, noise
+from trackably.gp.hyperparameter import Hyperparameter, Learned, Parametrized, noise
 from trackably.gp.kernels.base import Kernel
 
 NOISE = "noise_std"
@@ -39,13 +39,6 @@ class Prior(Parametrized):
     def places(self) -> npt.NDArray[np.intp]:
         """The indices of the learned hyperparameters among all, shape (p,)."""
         return np.flatnonzero([isinstance(value, Learned) for value in self.hyperparameters.values()])
-
-    def search(self, name: str, scales: Scales) -> Search:
-        """Return the search interval of a hyperparameter: the user's, or one chosen from the samples' `scales`."""
-        value = self.hyperparameters[name]
-        if isinstance(value, Learned) and value.interval:
-            return Search(value.interval)
-        return noise(scales) if name == NOISE else self.kernel.search(name, scales)
 
     def map_values(self, change: Callable[[str, float], float]) -> Self:
         return type(self)(self.kernel.map_values(change), change(NOISE, self.noise_std), self.mean)

@@ -46,9 +46,10 @@ class RowPosterior:
 
     def signals(self, multipliers: Array) -> tuple[KernelSum, ...]:
         """Return m⁺ + Σ_a ν_a κ⁺(·, L_a) of each process as a sum of kernels, for `multipliers` ν (n,) of rows L_a."""
+        every = zip(self.posterior.parts, self._kernels, self._weights(multipliers), strict=True)
         return tuple(
-            part.with_kernels(part.weights_with_rows(cross), kernel.centres.times, kernel.centres.spread(multipliers))
-            for part, kernel, cross in zip(self.posterior.parts, self._kernels, self._cross(multipliers), strict=True)
+            part.with_kernels(own, kernel.centres.times, kernel.centres.spread(multipliers))
+            for part, kernel, own in every
         )
 
     def price_gradient(self, multipliers: Array) -> Array:
@@ -61,11 +62,11 @@ class RowPosterior:
         differentiated.
         """
         gradient = np.zeros(len(self.posterior.prior.learned))
-        for part, kernel, cross, places in zip(
-            self.posterior.parts, self._kernels, self._cross(multipliers), self.posterior.prior.places, strict=True
-        ):
-            own = part.weights_with_rows(cross)
-            gradient[places] += part.misfit_gradient - part.energy_gradient(kernel, multipliers, own)
+        parts = zip(self.posterior.parts, self._kernels, self._weights(multipliers), strict=True)
+        for (part, kernel, own), places in zip(parts, self.posterior.prior.places, strict=True):
+            by_rows = kernel.energy_gradient(multipliers, part.samples.centres, part.samples.stencil.spread(own))
+            energy = part.energy_gradient(own) + np.append(by_rows, 0.0)[part.prior.places]
+            gradient[places] += part.energy_gradient(part.weights) - energy
         return gradient
 
     @cached
@@ -75,9 +76,13 @@ class RowPosterior:
             return None
         return RowSystem.of(self.posterior.parts[0], self.rows.terms[0], len(self.rows))
 
-    def _cross(self, multipliers: Array) -> list[Array]:
-        """Return the covariances of Σ_a ν_a L_a with each process's samples, for `multipliers` ν (n,) of rows L_a."""
-        return [self.system.cross(multipliers)] if self.system else [multipliers @ across for across in self._across]
+    def _weights(self, multipliers: Array) -> list[Array]:
+        """Return the weights of each process's samples in m⁺ + Σ_a ν_a κ⁺(·, L_a), for `multipliers` ν (n,): (n_c,).
+
+        They are c − A⁻¹ x, with the weights c of m⁺, A = K + σ_n² I, and the covariances x of samples with Σ_a ν_a L_a.
+        """
+        cross = [self.system.cross(multipliers)] if self.system else [multipliers @ across for across in self._across]
+        return [part.weights - part.solve(of) for part, of in zip(self.posterior.parts, cross, strict=True)]
 
     @cached
     def _kernels(self) -> tuple[RowKernel, ...]:

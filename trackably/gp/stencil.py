@@ -93,11 +93,6 @@ class Stencil(_Instants):
         """Whether the samples of a process at rest depend on its level, by more than rounding."""
         return abs(sum(self.weights)) > _CANCELLED * max(map(abs, self.weights))
 
-    @cached_property
-    def largest_gain(self) -> float:
-        """(Σ_j |w_j|)²: an upper bound of the samples' covariance, relative to the process's variance."""
-        return sum(map(abs, self.weights)) ** 2
-
 
 POINT = Stencil((1.0,))
 """Samples of the process itself."""

@@ -16,7 +16,7 @@ from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior
 from trackably.gp.rows import Rows, Terms
 from trackably.gp.signal import KernelSum
-from trackably.learning.index_set import IndexSet, TimesAndMargins
+from trackably.learning.index_set import IndexSet, RealTimes, TimesAndMargins, lowest_of_each
 from trackably.systems.trajectories import Functional, Quantities, Quantity, Trajectory
 from trackably.work import done
 
@@ -95,33 +95,25 @@ class Constraint:
         both[0] -= self.backoff
         return both
 
-    def suspect_centres(self, posterior: Signalled) -> Array:
-        """Return the times [s] at which the quantity may have kinks; `closest` may miss a violation between them.
+    def kinks(self, posterior: Signalled) -> Array:
+        """Return the times [s] between which `closest` may miss a violation: those of possible kinks, in order.
 
-        A kernel may have kinks at its centre. The result is empty if all kernels are analytic, because their signals
-        vary as slowly near a centre as elsewhere.
+        A sum of kernels with kinks at their centres can change from centre to centre, however long its correlation time
+        is. If a signal g has a kink at a centre c, q(t) = Σ_j w_j g(t + j T_s) has kinks at c − j T_s for each j. The
+        centres of analytic kernels are not shifted, because their signals change little within T_s. The result is empty
+        if all kernels are analytic, and if the index set has single times only.
         """
-        if all(signal.kernel.is_analytic for signal in posterior.signals):
+        signals, index_set = posterior.signals, self.index_set
+        if not isinstance(index_set, RealTimes) or all(signal.kernel.is_analytic for signal in signals):
             return np.empty(0)
-        return self.index_set.suspect_centres(self._turns(posterior))
-
-    def _turns(self, posterior: Signalled) -> Array:
-        """Return the times [s] at which q(t) = Σ_j w_j g(t + j T_s) may have kinks, and the centres of all kernels.
-
-        If a signal g has a kink at a kernel's centre c, q has kinks at c − j T_s for each j. The centres of smooth
-        signals are not shifted, because these signals change little within T_s.
-        """
-        found = [signal.centres for signal in posterior.signals]
+        found, (first, last) = [signal.centres for signal in signals], index_set.ends
         for _, functional in self.quantity.arguments:
             for c, weights in functional.rounded:
-                if not posterior.signals[c].kernel.is_analytic:
+                if not signals[c].kernel.is_analytic:
                     shifts = functional.sampling_time * np.arange(len(weights))
-                    found.append(np.subtract.outer(posterior.signals[c].centres, shifts).ravel())
-        return np.unique(np.concatenate(found))
-
-    def arguments_at(self, places: Array) -> list[tuple[Functional, Array]]:
-        """Return the functionals on which the quantity depends, each paired with the same times `places` [s]."""
-        return [(functional, places) for _, functional in self.quantity.arguments]
+                    found.append(np.subtract.outer(signals[c].centres, shifts).ravel())
+        every = np.unique(np.concatenate(found))
+        return every[(first <= every) & (every <= last)]
 
 
 def of_arguments(trajectory: Trajectory, found: Array) -> Array:
@@ -160,7 +152,7 @@ def closest(constraints: Sequence[Constraint], posterior: Signalled) -> list[Tim
 def overlooked(constraints: Sequence[Constraint], posterior: Signalled) -> list[TimesAndMargins]:
     """Return, for each constraint, violations that the grid of `closest` missed: their times, and relative margins."""
     return [
-        between([each], Quantities((each.quantity,), posterior.signals), [each.suspect_centres(posterior)], _CLOSER)[0]
+        between([each], Quantities((each.quantity,), posterior.signals), [each.kinks(posterior)], _CLOSER)[0]
         for each in constraints
     ]
 
@@ -198,7 +190,7 @@ def _lowest(
         constraint.index_set.nearest(first + _INNER * length)
         for constraint, first, length in zip(constraints, starts, reach, strict=True)
     ]
-    return [_lowest_of_each(*pair) for pair in zip(times, margins_at(together, times), strict=True)]
+    return [lowest_of_each(*pair) for pair in zip(times, margins_at(together, times), strict=True)]
 
 
 def margins_at(together: Quantities, times: Sequence[Array]) -> list[Array]:
@@ -208,12 +200,6 @@ def margins_at(together: Quantities, times: Sequence[Array]) -> list[Array]:
     lasts = [at.shape[-1] for at in times]
     margins = together.margins_of(np.repeat(np.arange(len(times)), lasts), np.concatenate(times, axis=-1))
     return np.split(margins, np.cumsum(lasts)[:-1], axis=-1)
-
-
-def _lowest_of_each(times: Array, margins: Array) -> tuple[Array, Array]:
-    """Return the time of the lowest margin in each column, and that margin."""
-    lowest, every = np.argmin(margins, axis=0), np.arange(margins.shape[1])
-    return times[lowest, every], margins[lowest, every]
 
 
 def joined(one: Sequence[TimesAndMargins], other: Sequence[TimesAndMargins]) -> list[TimesAndMargins]:

@@ -12,7 +12,7 @@ values of objective and constraints there.
 import heapq
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import count
 
 import numpy as np
@@ -61,11 +61,6 @@ class Candidate:
     def is_feasible(self) -> bool:
         return all(bool(np.all(margins >= 0)) for _, margins in self.minima)
 
-    @property
-    def closest_places(self) -> Places:
-        """The places (times) of the local minima of each constraint's margin, if the margin is finite there."""
-        return tuple(places[np.isfinite(margins)] for places, margins in self.minima)
-
     def violated(self, known: Places) -> Places | None:
         """Return the places (times) where a bound is violated; None if all of them are `known`.
 
@@ -74,15 +69,6 @@ class Candidate:
         """
         found = tuple(places[(margins < 0) & np.isfinite(margins)] for places, margins in self.minima)
         return found if any(len(m) > len(k) for m, k in zip(merge(known, found), known, strict=True)) else None
-
-    def infeasible(self, problem: ConstrainedProblem) -> NothingFeasible:
-        """Return the bound that this candidate violates most, as the reason why no candidate is feasible.
-
-        Call it for the candidate that violates its bounds least.
-        """
-        margin, index, time = self.worst
-        quantity = problem.constraints[index].quantity
-        return NothingFeasible(self.posterior, quantity, time, -margin * quantity.bounds.width, problem.broken_at_rest)
 
 
 def merge(known: Places, new: Places) -> Places:
@@ -95,13 +81,10 @@ def _unite(places: Array, new: Array) -> Array:
 
     A place is one time [s], shape (), or a row of several times.
     """
-    fresh = [place for place in new if not len(places) or np.min(_distances(places, place)) > _SAME_TIME]
+    axes = tuple(range(1, places.ndim))
+    fresh = [place for place in new if not np.any(np.all(np.abs(places - place) <= _SAME_TIME, axis=axes))]
     joined = np.concatenate([places, np.array(fresh).reshape(-1, *places.shape[1:])])
     return joined[np.argsort(joined if joined.ndim == 1 else joined[:, 0], kind="stable")]
-
-
-def _distances(places: Array, place: Array) -> Array:
-    return np.asarray(np.max(np.abs(places - place).reshape(len(places), max(1, np.size(place))), axis=1))
 
 
 _MAX_ROUNDS = 60  # most programs of a search, which ends then even if bounds are still violated
@@ -150,7 +133,12 @@ class Exchange:
             others = self._other_minima(self.best.log_theta)
             found = posterior, posterior.signals, objective, self.active, self.fits, self.rounds
             return Solution(*found, others=others)
-        return self.closest.infeasible(self.problem) if self.closest else NothingFactored(self.problem.prior)
+        if self.closest is None:
+            return NothingFactored(self.problem.prior)
+        margin, index, time = self.closest.worst
+        quantity = self.problem.constraints[index].quantity
+        violation = -margin * quantity.bounds.width
+        return NothingFeasible(self.closest.posterior, quantity, time, violation, self.problem.broken_at_rest)
 
     def follow(self, starts: Iterable[Array]) -> None:
         """Search for the local minimum near each promising start; each search imposes bounds at its own times.
@@ -160,12 +148,10 @@ class Exchange:
         """
         order, queue = count(), list[tuple[float, int, _Descent, Places]]()
         for start in starts:
-            try:
-                candidate = Candidate.at(self.problem, start)
-            except IllConditioned:
-                continue
-            places = merge(self._no_places, candidate.closest_places)
-            queue.append((candidate.objective, next(order), _Descent(start), places))
+            if candidate := self._evaluate(start):
+                closest = tuple(places[np.isfinite(margins)] for places, margins in candidate.minima)
+                places = merge(self._no_places, closest)
+                queue.append((candidate.objective, next(order), _Descent(start), places))
         heapq.heapify(queue)
         while queue:
             value, _, path, places = heapq.heappop(queue)
@@ -235,11 +221,14 @@ class Exchange:
         Return the paths whose minimisers violate bounds but may still lead to the best solution, and `places` extended
         by the times of these violations.
         """
-        program, met = Program(self.problem, places, restores), places
+        program, met, space = Program(self.problem, places, restores), places, self.problem.space
+        search = partial(sqp.minimise, program.evaluate, lower=space.log_lower, upper=space.log_upper, radius=radius)
         promising, ends, size = list[_Descent](), list[Array](), sum(map(len, places))
         minima = list[Array]()
 
         def give_up(x: Array, merit: float, gain: float) -> bool:
+            if restores:
+                return False
             # Without constraints, worse minima are useful too, as starts for other problems.
             is_hopeless = bool(self.problem.constraints) and merit - _MORE_STEPS * gain >= self._least
             return is_hopeless or _is_near(x, ends) or _is_near(x, minima)
@@ -250,12 +239,12 @@ class Exchange:
             minima[:] = [end for _, end in self._ends if path.rounds or not _is_near(end, [path.end])]
             self.fits += 1
             # The curvature of the last program may be badly conditioned: with it, searches stop short of the minimum.
-            found = program.minimise(path.end, None, _ROUGH, give_up, radius)
+            found = search(path.end, precision=_ROUGH, give_up=give_up)
             if found is None or any(np.max(np.abs(found.x - end), initial=0.0) <= _SAME_POINT for end in ends):
                 continue
             candidate = self._evaluate(found.x)
             if candidate is not None and self._may_be_best(candidate) and candidate.violated(places) is None:
-                found = program.minimise(found.x, found.curvature, radius=radius) or found
+                found = search(found.x, curvature=None if restores else found.curvature) or found
                 candidate = self._evaluate(found.x)
             ends.append(found.x)
             if candidate is not None and candidate.is_feasible:

@@ -47,14 +47,6 @@ class IndexSet(ABC):
     def ends(self) -> tuple[float, float]:
         """The first and the last time of the set [s]."""
 
-    def suspect_centres(self, centres: Array) -> Array:
-        """Return those of the sorted kernel `centres` [s] between which `minima_of_each` may miss a minimum.
-
-        The default is an empty array. A sum of kernels with kinks can change from centre to centre, however long its
-        correlation time is.
-        """
-        return np.empty(0)
-
 
 class SeveralTimes(IndexSet):
     """A set whose members, called places, are rows of several times [s], for quantities that depend on all of these."""
@@ -94,8 +86,7 @@ class Steps(IndexSet):
         """
         beside = self.nearest(np.clip(at + self.sampling_time * AROUND, *self.ends))
         values = margins.margins_of(np.full(len(at), q), beside)
-        lowest, every = np.argmin(values, axis=0), np.arange(len(at))
-        return _in_order(beside[lowest, every], values[lowest, every])
+        return _in_order(*lowest_of_each(beside, values))
 
     def nearest(self, t: Array) -> Array:
         return np.asarray(np.rint(t / self.sampling_time) * self.sampling_time)
@@ -123,11 +114,6 @@ class RealTimes(IndexSet):
     def ends(self) -> tuple[float, float]:
         return self.of.span
 
-    def suspect_centres(self, centres: Array) -> Array:
-        if isinstance(self.of, AllPhases):
-            return np.empty(0)
-        return centres[(self.of.start <= centres) & (centres <= self.of.end)]
-
 
 def _minima_in_cells(margins: Quantities, start: float, end: float, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:
     """Return the local minima of each margin, searched separately between times at which bounds may jump or bend."""
@@ -145,18 +131,18 @@ def _refined_minima(margins: Quantities, start: float, end: float, kernels: Sequ
     which, grid = np.nonzero(_are_minima(values))
     inner = np.clip(grid, 1, len(times) - 2)  # at an end of the grid, the parabola goes through three points inside
     at, centre, beside = times[grid], times[inner], values[which, inner + AROUND]
-    at, refined = lowest_of_parabolas(at, centre, reach, beside)
+    at, refined = _lowest_of_parabolas(at, centre, reach, beside)
     for _ in range(_REFINEMENTS - 1):
         reach *= _NARROWER
         centre = np.clip(at, start + reach, end - reach)
-        at, refined = lowest_of_parabolas(at, centre, reach, margins.margins_of(which, centre + reach * AROUND))
+        at, refined = _lowest_of_parabolas(at, centre, reach, margins.margins_of(which, centre + reach * AROUND))
     at, lowest = np.clip(at, start, end), values[which, grid]
     at, lowest = np.where(refined < lowest, at, times[grid]), np.fmin(refined, lowest)
     ends = np.searchsorted(which, np.arange(len(values) + 1)).tolist()
     return [_in_order(at[first:last], lowest[first:last]) for first, last in pairwise(ends)]
 
 
-def lowest_of_parabolas(at: Array, centre: Array, reach: Array | float, beside: Array) -> TimesAndMargins:
+def _lowest_of_parabolas(at: Array, centre: Array, reach: Array | float, beside: Array) -> TimesAndMargins:
     """Fit n parabolas to the values `beside` (3, n) at centre − reach, centre and centre + reach.
 
     Return the times and values of the parabolas' minima. Each time is at most `reach` away from its centre. Where a
@@ -169,6 +155,12 @@ def lowest_of_parabolas(at: Array, centre: Array, reach: Array | float, beside: 
         step = np.divide(-slope, curvature, out=(at - centre) / reach, where=is_valley)
         step = np.minimum(np.maximum(step, -1.0), 1.0)
         return centre + reach * step, middle + step * (slope + step / 2 * curvature)
+
+
+def lowest_of_each(times: Array, margins: Array) -> TimesAndMargins:
+    """Return the time of the lowest margin in each column, and that margin."""
+    lowest, every = np.argmin(margins, axis=0), np.arange(margins.shape[1])
+    return times[lowest, every], margins[lowest, every]
 
 
 def _in_order(times: Array, margins: Array) -> TimesAndMargins:

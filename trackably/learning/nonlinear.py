@@ -28,26 +28,6 @@ class Program:
     places: tuple[Array, ...]
     restores: bool = False
 
-    def minimise(
-        self,
-        start: Array,
-        curvature: Array | None = None,
-        precision: float = sqp.PRECISION,
-        give_up: sqp.GiveUp = sqp.never,
-        radius: float = sqp.FIRST_RADIUS,
-    ) -> sqp.Minimum | None:
-        """Return a local minimum found from ln θ = `start`. See `sqp.minimise` for the options.
-
-        None if the objective is undefined at the start, or if the search is given up. `curvature` and `give_up` belong
-        to the objective: a program without an objective ignores them.
-        """
-        if self.restores:
-            curvature, give_up = None, sqp.never
-        space = self.problem.space
-        return sqp.minimise(
-            self.evaluate, start, space.log_lower, space.log_upper, radius, curvature, precision, give_up
-        )
-
     def evaluate(self, log_theta: Array) -> sqp.Evaluation | None:
         """Return objective and slacks at ln θ with their derivatives.
 
@@ -86,7 +66,7 @@ class Program:
     def _arguments(self) -> Rows:
         """Rows that evaluate all functionals on which the quantities depend, at the times of their constraints."""
         timed = [(each, places) for each, places in self._placed if not isinstance(each.index_set, SeveralTimes)]
-        functionals = [pair for constraint, places in timed for pair in constraint.arguments_at(places)]
+        functionals = [(of, places) for constraint, places in timed for _, of in constraint.quantity.arguments]
         return rows_of(functionals, len(self.problem.prior.parts))
 
     @cached_property

@@ -45,8 +45,8 @@ class ConstrainedProblem:
 
     There is one set of samples for each process of the prior. Without constraints, prior means may be learned too:
     `means` has an interval for each learned mean and None for each known one, and each learned mean is the most likely
-    one for θ. With `bases`, prior means are these functions, and all hyperparameters are known. ValueError: samples,
-    prior and space do not fit together, or there are fewer samples than learned hyperparameters.
+    one for θ. With `bases`, prior means are these functions, and all hyperparameters are known. ValueError: there are
+    fewer samples than learned hyperparameters.
     """
 
     samples: tuple[Samples, ...]
@@ -59,20 +59,10 @@ class ConstrainedProblem:
 
     def __post_init__(self) -> None:
         count = sum(len(samples) for samples in self.samples)
-        if len(self.samples) != len(self.prior.parts):
-            raise ValueError(
-                f"samples: expected {len(self.prior.parts)} Samples, one for each process, got {len(self.samples)}"
-            )
         if count < len(self.prior.learned):
             raise ValueError(
                 f"samples: expected at least as many samples as learned hyperparameters, got {count} "
                 f"for {len(self.prior.learned)} ({', '.join(self.prior.learned)}); give numbers for some of these"
-            )
-
-        if tuple(self.space.bounds) != self.prior.learned:
-            raise ValueError(
-                f"search: bounds are needed for exactly {', '.join(self.prior.learned)}, in this order, "
-                f"got {', '.join(self.space.bounds)}"
             )
 
     @property

@@ -5,13 +5,11 @@ starts find only a few of them. But K = θ₁² C, and the eigenvalues of C serv
 amplitudes at one length scale and period costs less than one step of an optimiser.
 """
 
-from functools import partial
-
 import numpy as np
 
 from trackably.arrays import Array
 from trackably.gp.joint import JointPrior
-from trackably.gp.kernels.periodic import Periodic, correlation
+from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.prior import NOISE, Prior
 from trackably.gp.samples import Samples
 from trackably.learning.constraint import Constraint
@@ -49,8 +47,9 @@ def screen(problem: ConstrainedProblem, keep: int) -> list[Array]:
         together = max(1, _NUMBERS // len(few) ** 2)
         for some in np.split(np.arange(len(points)), np.arange(together, len(points), together)):
             done("evaluation")
-            theta = dict(zip(part.learned, np.exp(points[some][:, places].T), strict=True))
-            broken, values = _rays(part, few, amplitudes, theta | {"": np.ones(len(some))}, constraints)
+            theta = {name: np.full(len(some), float(value)) for name, value in part.hyperparameters.items()}
+            theta.update(zip(part.learned, np.exp(points[some][:, places].T), strict=True))
+            broken, values = _rays(part.mean, few, amplitudes, theta, constraints)
             best = np.lexsort((values, broken))[:, 0]
             at = np.arange(len(some)), best
             violation[some], objective[some] = np.maximum(violation[some], broken[at]), objective[some] + values[at]
@@ -65,23 +64,24 @@ def screen(problem: ConstrainedProblem, keep: int) -> list[Array]:
 
 
 def _rays(
-    prior: Prior, samples: Samples, amplitudes: Array, theta: dict[str, Array], constraints: tuple[Constraint, ...]
+    mean: float, samples: Samples, amplitudes: Array, theta: dict[str, Array], constraints: tuple[Constraint, ...]
 ) -> tuple[Array, Array]:
     """Return the largest relative violation of bounds at 24 phases of a period, and l, both of shape (b, a).
 
     There are b points of the search space and `amplitudes` (a,); each point is evaluated at each amplitude. `theta` has
-    the hyperparameters at these points, each of shape (b,); all other hyperparameters keep their values in the `prior`.
+    the hyperparameters at these points, each of shape (b,), and `mean` is the prior mean.
     """
-    count = len(next(reversed(theta.values())))
-    lengthscale, period, noise = (
-        theta.get(name, np.full(count, float(prior.hyperparameters[name]))) for name in ("lengthscale", "period", NOISE)
-    )
+    lengthscale, period, noise = theta["lengthscale"], theta["period"], theta[NOISE]
     stencil, times, relative = samples.stencil, samples.times, samples.relative_noise
-    kernel = partial(correlation, lengthscale=lengthscale[:, None, None], period=period[:, None, None])
+    scale, rate = -2 / lengthscale[:, None, None] ** 2, np.pi / period[:, None, None]
+
+    def kernel(r: Array) -> Array:
+        return np.asarray(np.exp(scale * np.sin(rate * r) ** 2))
+
     centres = stencil.centres(times)
     whole = stencil.combine(stencil.combine(kernel((centres[:, None] - centres)[None])).mT)
     power, vectors = np.linalg.eigh(whole / np.outer(relative, relative))
-    along = ((samples.values - stencil.at_rest(prior.mean)) / relative) @ vectors
+    along = ((samples.values - stencil.at_rest(mean)) / relative) @ vectors
     powers = amplitudes[:, None] ** 2 * np.maximum(power, 0)[:, None] + noise[:, None, None] ** 2
     objective = np.sum(np.log(2 * np.pi * powers) + along[:, None] ** 2 / powers, axis=2)
     objective += [[samples.scatter.negative_log_likelihood(each)[0]] for each in noise.tolist()]
@@ -90,7 +90,7 @@ def _rays(
     phases = (np.arange(_PHASES) / _PHASES * period[:, None])[..., None]  # the last axis is that of the amplitudes
     broken = np.zeros(objective.shape)
     if constraints:
-        means = (lambda t: prior.mean + kernel(t - centres) @ weights,)
+        means = (lambda t: mean + kernel(t - centres) @ weights,)
         margins = Quantities(tuple(of.quantity for of in constraints), means).margins(phases)
         for constraint, margin in zip(constraints, np.min(margins, axis=2), strict=True):
             broken = np.maximum(broken, -margin / constraint.quantity.bounds.width)

@@ -5,9 +5,9 @@ from typing import Self
 
 import numpy as np
 
-from trackably.arguments import instance, whole
+from trackably.arguments import whole
 from trackably.arrays import Array
-from trackably.gp.hyperparameter import Scales
+from trackably.gp.hyperparameter import Learned, Scales, Search
 from trackably.gp.joint import JointPrior
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
@@ -30,10 +30,6 @@ class SearchSpace:
     sought: dict[str, Interval] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        for name, interval in (*self.bounds.items(), *self.sought.items()):
-            instance(f"search: bounds of {name}", interval, Interval, "an Interval(lower, upper)")
-            if interval.lower <= 0:
-                raise ValueError(f"search: the lower bound of {name} must be positive, got {interval.lower:g}")
         object.__setattr__(self, "starts", whole("search: starts", self.starts, least=1, most=MOST_STARTS))
 
     @classmethod
@@ -47,12 +43,15 @@ class SearchSpace:
         """Return the search intervals of the prior's learned hyperparameters, as given or chosen from the samples.
 
         Chosen intervals scale with the samples: amplitudes with the root mean square of y − m, times with the span and
-        the smallest spacing. Chosen length scales are no shorter than `shortest` [s].
+        the smallest spacing. Chosen length scales are no shorter than `shortest` [s]. The interval of a shared
+        hyperparameter is that of the first process.
         """
-        if not prior.learned:
-            return cls({}, starts)
-        scales = [_scales(s, part, shortest) for s, part in zip(samples, prior.parts, strict=True)]
-        found = {name: prior.search(name, scales) for name in prior.learned}
+        found = dict[str, Search]()
+        for (process, part), of in zip(prior.named_parts.items(), samples, strict=True):
+            scales = _scales(of, part, shortest)
+            for name, value in part.hyperparameters.items():
+                if isinstance(value, Learned):
+                    found.setdefault(prior.name_of(process, name), value.search(scales))
         return cls(
             {name: Interval(*search.bounds) for name, search in found.items()},
             starts,
@@ -72,8 +71,12 @@ class SearchSpace:
 
         They are spread evenly over their intervals by an additive recurrence.
         """
-        low, high = np.array([self._log_sought(name) for name in self.bounds]).reshape(-1, 2).T
-        return np.asarray(low + (high - low) * self._spread(self.starts))
+        low, high = self.log_lower, self.log_upper
+        first, last = (3 * low + high) / 4, (low + 3 * high) / 4
+        for i, name in enumerate(self.bounds):
+            if sought := self.sought.get(name):
+                first[i], last[i] = np.log([sought.lower, sought.upper])
+        return np.asarray(first + (last - first) * self._spread(self.starts))
 
     def points(self, count: int) -> Array:
         """Return ln θ of `count` points, shape (count, p); (1, 0) if p = 0.
@@ -90,12 +93,6 @@ class SearchSpace:
         for _ in range(60):
             root = (1 + root) ** (1 / (p + 1))
         return np.asarray(np.outer(np.arange(1, count + 1), root ** -np.arange(1.0, p + 1)) % 1)
-
-    def _log_sought(self, name: str) -> tuple[float, float]:
-        if name in self.sought:
-            return float(np.log(self.sought[name].lower)), float(np.log(self.sought[name].upper))
-        low, high = np.log([self.bounds[name].lower, self.bounds[name].upper]).tolist()
-        return (3 * low + high) / 4, (low + 3 * high) / 4
 
     def scaled_down(self, log_theta: Array, by: float) -> Array:
         """Return ln θ with every signal_std divided by `by`, but not below the lower bounds."""

@@ -7,7 +7,7 @@ import numpy as np
 import scipy
 
 from trackably.arrays import Array
-from trackably.gp.factors.factorisation import Factorisation
+from trackably.gp.factors.factorisation import Factorisation, cholesky_solve
 
 
 @dataclass(frozen=True)
@@ -30,8 +30,7 @@ class Dense(Factorisation):
         return 2 * float(np.add.reduce(np.log(self.factor.diagonal())))
 
     def solve(self, right: Array) -> Array:
-        solution, _ = scipy.linalg.lapack.dpotrs(self.factor, right, lower=True)
-        return np.asarray(solution.reshape(right.shape))
+        return cholesky_solve(self.factor, right)
 
     def gradient_times(self, c: Array) -> Array:
         return np.asarray(self.gradient @ c)

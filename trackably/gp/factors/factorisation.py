@@ -2,7 +2,16 @@
 
 from abc import ABC, abstractmethod
 
+import numpy as np
+import scipy
+
 from trackably.arrays import Array
+
+
+def cholesky_solve(factor: Array, right: Array) -> Array:
+    """Return (L Lᵀ)⁻¹ r for a lower triangular `factor` L (n, n), and r of shape (n,) or (n, m)."""
+    solution, _ = scipy.linalg.lapack.dpotrs(factor, right, lower=True)
+    return np.asarray(solution.reshape(right.shape))
 
 
 class Factorisation(ABC):

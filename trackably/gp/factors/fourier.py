@@ -27,14 +27,13 @@ import numpy as np
 import scipy
 
 from trackably.arrays import Array
-from trackably.gp.factors.factorisation import Factorisation
+from trackably.gp.factors.factorisation import Factorisation, cholesky_solve
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.stencil import Covariance, Stencil, Stencils
 
 _STEPS = 4  # rungs of the ladder of periods, while the reach (period minus span of the samples) doubles
 _LOWEST = -13  # index of the lowest rung: its period is about 10 % longer than the span, and serves all shorter reaches
 _LONGEST = 2.0**100  # times the span: the longest reach of a kernel for which waves are used
-_CACHED = 2**23  # numbers in the waves kept for an optimiser's next iterates (64 MiB), unless those of a rung are more
 _VANISHED = 36.0  # e^(−x) is at rounding level for every larger x
 _EPS = float(np.finfo(float).eps)
 _LOST = 16 * _EPS  # relative to the largest coefficient: smaller ones are rounding errors
@@ -42,9 +41,8 @@ _OFF_GRID = np.arange(1, 5) * (math.sqrt(5) - 1) / 4 % 1  # parts of a distance 
 
 
 class Cosines(NamedTuple):
-    """κ(r) = Σ_k s_k cos(2πk r/P) with the `period` P [s], `powers` s_k (K,), and `gradient` ∂s_k/∂ln θ_j (p, K)."""
+    """κ(r) = Σ_k s_k cos(2πk r/P) for a period P [s], with `powers` s_k (K,) and `gradient` ∂s_k/∂ln θ_j (p, K)."""
 
-    period: float
     powers: Array
     gradient: Array
 
@@ -76,7 +74,7 @@ def cosines(covariance: Covariance, period: float, reach: float, span: float, mo
     found[:, 0] /= 2
     sizes = np.abs(found[0])
     kept = found[:, : np.flatnonzero(sizes >= _LOST * sizes.max())[-1] + 1]  # all, if all are zero
-    lines = Cosines(period, kept[0], kept[1:])
+    lines = Cosines(kept[0], kept[1:])
     if lines.waves > most:
         return None
     phases = np.multiply.outer(np.arange(len(lines.powers)), math.tau / period * checked)
@@ -120,7 +118,8 @@ class Ladder:
     times: Array
     relative_noise: Array
     stencil: Stencil | Stencils
-    _cache: dict[tuple[float, int], Waves] = field(default_factory=dict, init=False, repr=False)
+    _last: dict[tuple[float, int], Waves] = field(default_factory=dict, init=False, repr=False)
+    """The waves of the last rung, which an optimiser's next iterates mostly need."""
 
     @cached_property
     def span(self) -> float:
@@ -144,12 +143,12 @@ class Ladder:
             return None
         # Compute a few waves more, for other kernels. Their number must not depend on earlier calls; else the last bits
         # of results would depend on earlier calls.
-        count, more = found.waves, math.floor(math.exp2(math.ceil(_STEPS * math.log2(found.waves)) / _STEPS)) | 1
-        waves = self._cache.pop((period, more), None) or self._compute(period, more)
-        self._cache[period, more] = waves  # a dictionary keeps its order: the last entry is the one used last
-        sizes = [each.scaled.size + each.products.size for each in self._cache.values()]
-        while len(sizes) > 1 and sum(sizes) > _CACHED:
-            del self._cache[next(iter(self._cache))], sizes[0]
+        count = found.waves
+        rung = period, math.floor(math.exp2(math.ceil(_STEPS * math.log2(count)) / _STEPS)) | 1
+        if rung not in self._last:
+            self._last.clear()
+            self._last[rung] = self._compute(*rung)
+        waves = self._last[rung]
         return Waves(waves.scaled[:, :count], waves.products[:count, :count]), found
 
     def _compute(self, period: float, count: int, has_moved: bool = False) -> Waves:
@@ -202,11 +201,11 @@ class Fourier(Factorisation):
 
     def solve(self, right: Array) -> Array:
         y = right.T / self.relative_noise
-        x = self._solve(self._along(y))
+        x = cholesky_solve(self.factor, self._along(y).T).T
         rest = y - self._spread(x)
         # Refine: rest = (I + M Mᵀ)⁻¹ y up to rounding, so Mᵀ rest should be x = B⁻¹ Mᵀ y, B = I + Mᵀ M. Remove the
         # effect of the difference.
-        rest -= self._spread(self._solve(self._along(rest) - x))
+        rest -= self._spread(cholesky_solve(self.factor, (self._along(rest) - x).T).T)
         return np.asarray((rest / self.relative_noise).T / self.noise_variance)
 
     def gradient_times(self, c: Array) -> Array:
@@ -244,8 +243,3 @@ class Fourier(Factorisation):
     def _spread(self, rows: Array) -> Array:
         """Return M times each of the `rows` (…, m), with M = ϱ⁻¹ Φ diag(`root`); the shape is (…, n)."""
         return np.asarray((rows * self.root) @ self.waves.scaled.T)
-
-    def _solve(self, rows: Array) -> Array:
-        """Return B⁻¹ times each of the `rows` (…, m)."""
-        solved, _ = scipy.linalg.lapack.dpotrs(self.factor, rows.T, lower=True)
-        return np.asarray(solved.T.reshape(rows.shape))

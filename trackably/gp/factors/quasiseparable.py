@@ -33,7 +33,7 @@ import numpy as np
 import scipy
 
 from trackably.arrays import Array
-from trackably.gp.factors.factorisation import Factorisation
+from trackably.gp.factors.factorisation import Factorisation, cholesky_solve
 from trackably.gp.kernels.base import Decay
 from trackably.gp.rows import Terms
 from trackably.gp.stencil import Covariance
@@ -54,42 +54,16 @@ class Block(NamedTuple):
     """The b samples in `rows`: their covariances, and their links with the states before and after the block.
 
     `own` is A_ii without noise. `into` is Q_i, from the samples to the state after the block, of size r. Both hold
-    values, followed by each ∂/∂ln θ_j; shapes (1 + p, b, b) and (1 + p, r, b). `by_tails` is the part of P_i, from the
-    state before the block to the samples, that belongs to tails (polynomials times e^(−λ|r|)); `move` is that of Φ_i,
-    from the state before to the state after. The state before ends with covariances with the first `near` samples.
+    values, followed by each ∂/∂ln θ_j; shapes (1 + p, b, b) and (1 + p, r, b). `out` is P_i (b, q), from the state
+    before the block, of size q, to the samples. `move` is Φ_i (r, q), from the state before to the state after: the
+    samples of the block add nothing to it.
     """
 
     rows: slice
     own: Array
     into: Array
-    by_tails: Array
+    out: Array
     move: Array
-    near: int
-
-    def at_samples(self, state: Array) -> Array:
-        """Return P x (b, …): what the state x (r, …) before the block, due to earlier samples, adds to its samples."""
-        count = self.by_tails.shape[1]
-        found = self.by_tails @ state[:count]
-        found[: self.near] += state[count:]
-        return np.asarray(found)
-
-    def from_samples(self, values: Array) -> Array:
-        """Return Pᵀ v for values v (b, …) at the samples: the transpose of `at_samples`."""
-        return np.concatenate([self.by_tails.T @ values, values[: self.near]])
-
-    def moved(self, state: Array) -> Array:
-        """Return Φ x: the state x (r, …) before the block, taken to the end of the block; its own samples add nothing.
-
-        Only its first entries, those of tails (polynomials times e^(−λ|r|)), are returned: all others are zero.
-        """
-        return np.asarray(self.move @ state[: len(self.move)])
-
-    def moved_back(self, state: Array) -> Array:
-        """Return Φᵀ x for an x (r, …) of the size of a state after the block: the transpose of `moved`.
-
-        Only its first entries, those of tails (polynomials times e^(−λ|r|)), are returned: all others are zero.
-        """
-        return np.asarray(self.move.T @ state[: len(self.move)])
 
 
 def row_blocks(
@@ -116,21 +90,23 @@ def row_blocks(
     begins = first[[row.start for row in cuts]]
     ends, of_block = np.append(begins[1:], np.max(t)), np.repeat(np.arange(len(begins)), np.diff(stops, prepend=0))
     moves = np.zeros((len(begins), *[sum(tail.size for tail in tails)] * 2))
-    seen, into, j = [np.empty((len(t), 0))], list[Array](), 0
+    seen, by_tail, j = [np.empty((len(t), 0))], list[Array](), 0
     for tail in tails:
         size = slice(j, j := j + tail.size)
         moves[:, size, size] = np.moveaxis(tail.moved(ends - begins), -1, 0)
         seen.append(np.einsum("nj,snj->ns", weights, tail.values(t - begins[of_block, None])))
         moved = np.einsum("nj,ksnj->ksn", weights, tail.moved(ends[of_block, None] - t))
-        into.append(np.einsum("ps,ksn->pkn", tail.coefficients, moved))
+        by_tail.append(np.einsum("ps,ksn->pkn", tail.coefficients, moved))
     by_tails, found = np.hstack(seen), list[Block]()
     for row, after, before, move in zip(cuts, near, np.append(0, near), moves, strict=False):
         until = slice(row.start, row.stop + after)
         both = _covariances(of_instants, (t[until], weights[until]), (t[row], weights[row]))
         own, beside = np.split(both, [row.stop - row.start], axis=1)
-        of_tails = np.concatenate([both[:, :0], *(part[:, :, row] for part in into)], axis=1)
+        of_tails = np.concatenate([both[:, :0], *(part[:, :, row] for part in by_tail)], axis=1)
         of_next = beside - by_tails[row.stop : until.stop] @ of_tails
-        found.append(Block(row, own, np.concatenate([of_tails, of_next], axis=1), by_tails[row], move, before))
+        out = np.hstack([by_tails[row], np.eye(row.stop - row.start, before)])
+        into = np.concatenate([of_tails, of_next], axis=1)
+        found.append(Block(row, own, into, out, np.pad(move, ((0, after), (0, before)))))
     return found
 
 
@@ -159,10 +135,6 @@ class Factor(NamedTuple):
     cholesky: Array
     gain: Array
 
-    def solve(self, right: Array) -> Array:
-        """Return S⁻¹ r for r (b,) or (b, m), with the factorised covariance S of b samples given all earlier ones."""
-        return np.asarray(scipy.linalg.lapack.dpotrs(self.cholesky, right, lower=True)[0].reshape(right.shape))
-
     def inverse(self) -> Array:
         """Return S⁻¹ (b, b), with the factorised covariance S of b samples given all earlier ones."""
         inverse, _ = scipy.linalg.lapack.dtrtri(self.cholesky, lower=True)
@@ -184,20 +156,17 @@ class Quasiseparable(Factorisation):
     def of(cls, blocks: list[Block], noise_variance: Array) -> Self | None:
         """Factorise A, the covariance in these blocks plus noise, (n,); None if A is not positive definite."""
         factors = list[Factor]()
-        explained = np.zeros((len(blocks[0].move),) * 2)  # the state's covariance that earlier samples explain
+        explained = np.zeros((blocks[0].move.shape[1],) * 2)  # the state's covariance that earlier samples explain
         for block in blocks:
-            seen = block.at_samples(explained)
-            left = block.own[0] - block.at_samples(seen.T)
+            seen = block.out @ explained
+            left = block.own[0] - seen @ block.out.T
             left[np.diag_indices(len(left))] += noise_variance[block.rows]
             cholesky, info = scipy.linalg.lapack.dpotrf(left, lower=True)
             if info:
                 return None
-            moved, count = block.into[0].copy(), len(block.move)
-            moved[:count] -= block.moved(seen.T)
-            factor = Factor(cholesky, np.empty(0))
-            factor = factor._replace(gain=factor.solve(moved.T))
-            known, explained = explained, moved @ factor.gain
-            explained[:count, :count] += block.moved(block.moved(known)[:, :count].T)
+            moved = block.into[0] - block.move @ seen.T
+            factor = Factor(cholesky, cholesky_solve(cholesky, moved.T))
+            explained = moved @ factor.gain + block.move @ explained @ block.move.T
             factors.append(factor)
         return cls(blocks, factors, noise_variance)
 
@@ -207,15 +176,15 @@ class Quasiseparable(Factorisation):
 
     def solve(self, right: Array) -> Array:
         solution = np.array(right, dtype=float)
-        state = self._zeros(*right.shape[1:])
+        state = np.zeros((self.blocks[0].move.shape[1], *right.shape[1:]))
         for block, factor in zip(self.blocks, self.factors, strict=True):
-            solution[block.rows] -= block.at_samples(state)
-            state = _add_to_tails(factor.gain.T @ solution[block.rows], block.moved(state))
-            solution[block.rows] = factor.solve(solution[block.rows])
-        state = self._zeros(*right.shape[1:])
+            solution[block.rows] -= block.out @ state
+            state = factor.gain.T @ solution[block.rows] + block.move @ state
+            solution[block.rows] = cholesky_solve(factor.cholesky, solution[block.rows])
+        state = np.zeros((len(self.blocks[-1].move), *right.shape[1:]))
         for block, factor in self._backwards():
             solution[block.rows] -= factor.gain @ state
-            state = _add_to_tails(block.from_samples(solution[block.rows]), block.moved_back(state))
+            state = block.out.T @ solution[block.rows] + block.move.T @ state
         return solution
 
     def gradient_times(self, c: Array) -> Array:
@@ -230,22 +199,18 @@ class Quasiseparable(Factorisation):
         in this sum of positive semidefinite matrices.
         """
         by_kernel, by_noise = np.zeros(len(self.blocks[0].own) - 1), 0.0
-        known, state = self._zeros(len(self.blocks[0].move)), self._zeros()
+        state = np.zeros(len(self.blocks[-1].move))
+        known = np.diag(state)
         for block, factor in self._backwards():
             own, later, inverse = c[block.rows], -known @ factor.gain.T, factor.inverse()
             among = inverse - factor.gain @ later - own[:, None] * own
             by_kernel += np.einsum("pij,ij->p", block.own[1:], among)
             by_kernel += 2 * np.einsum("pri,ri->p", block.into[1:], later - state[:, None] * own)
             by_noise += float(among.diagonal() @ self.noise_variance[block.rows])
-            passed = -block.from_samples(factor.gain).T
-            passed[: len(block.move), : len(block.move)] += block.move
-            known = block.from_samples(block.from_samples(inverse).T) + passed.T @ known @ passed
-            state = _add_to_tails(block.from_samples(own), block.moved_back(state))
+            passed = block.move - factor.gain.T @ block.out
+            known = block.out.T @ inverse @ block.out + passed.T @ known @ passed
+            state = block.out.T @ own + block.move.T @ state
         return by_kernel, by_noise
-
-    def _zeros(self, *shape: int) -> Array:
-        """Return zeros (r, *shape), the state of a recursion over blocks before the first block, or after the last."""
-        return np.zeros((len(self.blocks[0].move), *shape))
 
     def _backwards(self) -> Iterator[tuple[Block, Factor]]:
         return zip(reversed(self.blocks), reversed(self.factors), strict=True)
@@ -254,21 +219,12 @@ class Quasiseparable(Factorisation):
 def times(blocks: list[Block], c: Array) -> Array:
     """Return K c and each ∂K/∂ln θ c of the covariance in these blocks, for c (n,); the shape is (1 + p, n)."""
     product = np.empty((len(blocks[0].own), len(c)))
-    before = np.zeros((len(blocks[0].move), len(product)))
+    before = np.zeros((blocks[0].move.shape[1], len(product)))
     for block in blocks:
-        product[:, block.rows] = block.own @ c[block.rows] + block.at_samples(before).T
-        before = _add_to_tails((block.into @ c[block.rows]).T, block.moved(before))
-    after = np.zeros(len(blocks[0].move))
+        product[:, block.rows] = block.own @ c[block.rows] + (block.out @ before).T
+        before = (block.into @ c[block.rows]).T + block.move @ before
+    after = np.zeros(len(blocks[-1].move))
     for block in reversed(blocks):
         product[:, block.rows] += after @ block.into
-        after = _add_to_tails(block.from_samples(c[block.rows]), block.moved_back(after))
+        after = block.out.T @ c[block.rows] + block.move.T @ after
     return product
-
-
-def _add_to_tails(state: Array, of_tails: Array) -> Array:
-    """Add `of_tails` to the first entries of the `state` between two blocks, in place; return the state.
-
-    These entries are the coefficients of tails (polynomials times e^(−λ|r|)); other entries are covariances with rows.
-    """
-    state[: len(of_tails)] += of_tails
-    return state

@@ -8,17 +8,17 @@ of `jet` and `jet_and_gradient`.
 import dataclasses
 import math
 from abc import abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import comb
-from typing import Self
+from typing import Literal, Self
 
 import numpy as np
 from numpy.polynomial import Polynomial
 
 from trackably.arrays import Array
-from trackably.gp.hyperparameter import Parametrized, Scales, Search
+from trackably.gp.hyperparameter import Combined, Parametrized
 
 # Jets: arrays of the values of a function and of its derivatives by time. How to differentiate and multiply them.
 
@@ -40,13 +40,10 @@ def leibniz(f: Array, g: Array) -> Array:
 
     Either f or g may be a single function with its derivatives, p = 1.
     """
-    if f.shape[1] == 1:
-        return np.asarray(f * g)  # values without derivatives: the most frequent case
     product = np.zeros(np.broadcast_shapes(f.shape, g.shape))
     for n in range(f.shape[1]):
         for j in range(n + 1):
-            times = f[:, j] if j in (0, n) else math.comb(n, j) * f[:, j]
-            product[:, n] += times * g[:, n - j]
+            product[:, n] += comb(n, j) * f[:, j] * g[:, n - j]
     return product
 
 
@@ -126,7 +123,7 @@ class MomentSum:
     def jet(self, t: Array, order: int) -> Array:
         """Return Σ_i c_i κ⁽ⁿ⁾(t − t_i), n = 0 … `order`, at t [s]: shape (order + 1, *t.shape).
 
-        Odd derivatives count as 0 at r = 0, where those of κ may jump.
+        Where an odd derivative of κ jumps, at r = 0, the limit from the right is taken.
         """
         return self._of([decay.derivatives(order) for decay in self.decays], [(-1) ** n for n in range(order + 1)], t)
 
@@ -140,33 +137,24 @@ class MomentSum:
 
         For r > 0, f is a sum over the decays of e^(−λr) times a polynomial in λr, with one row of `factors` for each f.
         """
-        (at, joined), times = self._joined, t.ravel()
+        (at, moments), times = self._moments, t.ravel()
         found = np.zeros((len(signs), times.size))
-        same = np.searchsorted(at, times)
-        is_same = at[np.minimum(same, len(at) - 1)] == times
-        for decay, (of_before, of_after), rows in zip(self.decays, self._moments, factors, strict=True):
-            before = _before(decay, rows, at, of_before, times)
-            after = _before(decay, rows, -at[::-1], of_after, -times)
-            for n, (row, sign) in enumerate(zip(rows, signs, strict=True)):
-                found[n] += before[n] + sign * after[n]
-                if sign > 0:
-                    found[n, is_same] += joined[same[is_same]] * row[0]
+        for decay, (of_before, of_after), rows in zip(self.decays, moments, factors, strict=True):
+            before = _before(decay, rows, at, of_before, times, "right")  # a centre at t counts as before t
+            after = _before(decay, rows, -at[::-1], of_after, -times, "left")
+            found += before + np.array(signs)[:, None] * after
         return found.reshape(len(signs), *t.shape)
 
     @cached_property
-    def _joined(self) -> tuple[Array, Array]:
-        """The different centres in increasing order, and the sum of the weights at each."""
-        at, place = np.unique(self.centres, return_inverse=True)
-        return at, np.asarray(np.bincount(place, self.weights), dtype=float)
+    def _moments(self) -> tuple[Array, list[tuple[Array, Array]]]:
+        """The different centres in increasing order, and for each of the decays two arrays of moments about them.
 
-    @cached_property
-    def _moments(self) -> list[tuple[Array, Array]]:
-        """For each of the decays, about each centre: the moments of all centres up to it, and of all from it on.
-
-        The second array is in decreasing order of the centres.
+        The first array has the moments of all centres up to each centre; the second one, in decreasing order of the
+        centres, those of all centres from it on.
         """
-        at, joined = self._joined
-        return [(_moments(of, at, joined), _moments(of, -at[::-1], joined[::-1])) for of in self.decays]
+        at, place = np.unique(self.centres, return_inverse=True)
+        joined = np.asarray(np.bincount(place, self.weights), dtype=float)
+        return at, [(_moments(of, at, joined), _moments(of, -at[::-1], joined[::-1])) for of in self.decays]
 
 
 def _moments(decay: Decay, at: Array, weights: Array) -> Array:
@@ -180,12 +168,15 @@ def _moments(decay: Decay, at: Array, weights: Array) -> Array:
     return moments
 
 
-def _before(decay: Decay, factors: list[Array], at: Array, moments: Array, times: Array) -> Array:
-    """Return the sums over the centres that lie strictly before each of the `times`, one row for each of the `factors`.
+def _before(
+    decay: Decay, factors: list[Array], at: Array, moments: Array, times: Array, side: Literal["left", "right"]
+) -> Array:
+    """Return the sums over the centres that lie before each of the `times`, one row for each of the `factors`.
 
-    `factors` are coefficients of polynomials in λr, and `at` has the centres in increasing order.
+    `factors` are coefficients of polynomials in λr, and `at` has the centres in increasing order. A centre at the time
+    itself counts if the `side` is "right".
     """
-    last = np.searchsorted(at, times) - 1
+    last = np.searchsorted(at, times, side) - 1
     some = last >= 0
     found = np.zeros((len(factors), times.size))
     found[:, some] = np.array(factors) @ _move(decay, moments[:, last[some]], times[some] - at[last[some]])
@@ -204,10 +195,6 @@ _NEGLIGIBLE = 56.0  # e^(−x) is below 2⁻⁸⁰ for every larger x, and so be
 @dataclasses.dataclass(frozen=True)
 class Kernel(Parametrized):
     """Stationary covariance κ(r) of two instants that lie r = t − t' [s] apart. Kernels add and multiply."""
-
-    @abstractmethod
-    def search(self, name: str, scales: Scales) -> Search:
-        """Return the search interval of a hyperparameter for which none is given."""
 
     @abstractmethod
     def jet(self, r: Array, order: int) -> Array:
@@ -275,7 +262,7 @@ class Kernel(Parametrized):
 
 
 @dataclasses.dataclass(frozen=True)
-class _Pair(Kernel):
+class _Pair(Combined, Kernel):
     """Two kernels. Their hyperparameters are named left.NAME and right.NAME. TypeError: a part is no kernel."""
 
     left: Kernel
@@ -287,17 +274,11 @@ class _Pair(Kernel):
                 raise TypeError(f"{type(self).__name__}: {side} must be a kernel, got {part!r}")
 
     @property
-    def hyperparameters(self) -> dict[str, float]:
-        parts = {"left": self.left, "right": self.right}
-        return {f"{side}.{name}": v for side, part in parts.items() for name, v in part.hyperparameters.items()}
+    def named_parts(self) -> dict[str, Kernel]:
+        return {"left": self.left, "right": self.right}
 
-    def map_values(self, change: Callable[[str, float], float]) -> Self:
-        left = self.left.map_values(lambda name, value: change(f"left.{name}", value))
-        return type(self)(left, self.right.map_values(lambda name, value: change(f"right.{name}", value)))
-
-    def search(self, name: str, scales: Scales) -> Search:
-        side, _, inner = name.partition(".")
-        return (self.left if side == "left" else self.right).search(inner, scales)
+    def with_parts(self, parts: Sequence[Kernel]) -> Self:
+        return type(self)(*parts)
 
     @property
     def period(self) -> float | None:
@@ -307,9 +288,6 @@ class _Pair(Kernel):
     @property
     def is_analytic(self) -> bool:
         return self.left.is_analytic and self.right.is_analytic
-
-    @abstractmethod
-    def jet(self, r: Array, order: int) -> Array: ...
 
 
 @dataclasses.dataclass(frozen=True)

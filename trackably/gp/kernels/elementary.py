@@ -1,7 +1,6 @@
 """Kernels whose dataclass fields are their hyperparameters."""
 
 import dataclasses
-import inspect
 from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,7 +10,7 @@ from typing import Self
 import numpy as np
 
 from trackably.arrays import Array
-from trackably.gp.hyperparameter import Hyperparameter, Scales, Search, amplitude, as_text, duration
+from trackably.gp.hyperparameter import Hyperparameter, amplitude, as_text, duration
 from trackably.gp.kernels.base import Kernel, lengthscale_gradient
 
 
@@ -38,13 +37,10 @@ class Elementary(Kernel):
     def map_values(self, change: Callable[[str, float], float]) -> Self:
         return type(self)(*[change(name, value) for name, value in self.hyperparameters.items()])
 
-    def search(self, name: str, scales: Scales) -> Search:
-        return _fields(type(self))[name].search(scales)
-
 
 @cache
-def _fields(kernel: type[Elementary]) -> dict[str, Hyperparameter]:
-    return {field.name: inspect.getattr_static(kernel, field.name) for field in dataclasses.fields(kernel)}
+def _fields(kernel: type[Elementary]) -> list[str]:
+    return [field.name for field in dataclasses.fields(kernel)]
 
 
 # Kernels κ(r) = θ₁² φ(r/θ₂) that decay with distance. Each class only states φ and its derivatives.

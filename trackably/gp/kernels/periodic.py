@@ -53,11 +53,3 @@ class Periodic(Elementary):
             for j in range(1, n + 1):
                 kappa[n + 1] -= comb(n, j) * g[n - j + 1] * kappa[j]
         return kappa, g
-
-
-def correlation(r: Array, lengthscale: Array | float, period: Array | float) -> Array:
-    """Return κ(r)/θ₁² for length scales θ₂ and periods θ₃ [s]: arrays that broadcast."""
-    square = np.asarray(np.tan(np.pi / period * r))  # sin² = tan²/(1 + tan²), because NumPy's tangent is far faster
-    square *= square
-    square /= 1 + square
-    return np.asarray(np.exp(-2 / (lengthscale * lengthscale) * square))

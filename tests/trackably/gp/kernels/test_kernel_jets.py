@@ -9,7 +9,6 @@ from mpmath import mp
 from tests.trackably.gp import naive
 from tests.trackably.gp.instances import KERNELS, formula, over, time_scale, time_scales
 from trackably import RationalQuadratic
-from trackably.gp.kernels.periodic import Periodic, correlation
 from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial2, PiecewisePolynomial3
 from trackably.gp.prior import Prior
 
@@ -29,9 +28,6 @@ def test_value_and_derivatives_against_forty_digits(kernel):
         exact = np.array([[float(mp.diff(f, mp.mpf(t), n)) for t in r.tolist()] for n in range(7)])
     np.testing.assert_allclose(in_units_of(exact, kernel.jet(r, 6)), in_units_of(exact, exact), rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(kernel(r), exact[0], rtol=2e-12)
-    if isinstance(kernel, Periodic):
-        quick = kernel.signal_std**2 * correlation(r, kernel.lengthscale, kernel.period)
-        np.testing.assert_allclose(quick, kernel(r), rtol=1e-13, atol=1e-300)
 
 
 @over(KERNELS)
