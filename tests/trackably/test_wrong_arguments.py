@@ -142,6 +142,7 @@ SHOWN = {
         certify_joints(JointTrajectory.through([0, 1, 2], [[0.0], [1.5], [0.0]], names=["a"]), JOINT),
         "BrokenLimits(from t = 0.666666667 s on the position of a is outside of [-1, 1], by 0.499 at least at 1 s)",
     ),
+    "a set": (MOVING, "{x : x1 in [0, 1] (which moves in time)}"),
     "a controller": (
         Controller(AXIS, 3, Q, R),
         "Controller(states position, velocity; inputs force; a step every 0.05 s; horizon 3 steps; "

@@ -115,15 +115,15 @@ def answer(source: Source, request: Request, where: FleetFolder) -> Row:
     TypeError: an argument that all recordings share is wrong. Raises OSError.
     """
     kept = where.read_row(source.name)
-    try:
-        samples = _samples(source.read())
-    except (InputError, ValueError, TypeError, OSError) as error:
-        row = Row(source.name, "unusable", str(error), _UNREAD)
-        return row if row == kept else where.write(row)
-    fingerprint = request.fingerprint(samples)
-    if kept is not None and kept.request == fingerprint:
-        return kept
     with _questions() as asked:
+        try:
+            samples = _samples(source.read())
+        except (InputError, ValueError, TypeError, OSError) as error:
+            row = Row(source.name, "unusable", str(error), _UNREAD)
+            return row if row == kept else where.write(row)
+        fingerprint = request.fingerprint(samples)
+        if kept is not None and kept.request == fingerprint:
+            return kept
         try:
             reference = request.learn_from(samples)
         except NotTrackableError as failure:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from decimal import Decimal
 from itertools import pairwise
+from statistics import median_high
 from typing import Any
 
 import numpy as np
@@ -113,12 +114,15 @@ def describe_restart(rows: Rows) -> str:
 
     A step back by more than twice the largest step forward is a restart: beside rows that are written late, or have
     wrong stamps, there is a step forward of about the same size. If no more rows are out of order than there are such
-    steps, each of these rows may have a wrong stamp. InputError: a row has no time.
+    steps, each of these rows may have a wrong stamp. Dates that go back by an hour, up to a usual step, are at the end
+    of summer time, whatever the largest step forward is. InputError: a row has no time.
     """
     stamps = rows.require_times()
     steps = [after - before for before, after in pairwise(stamps)]
     forward = max(steps, default=Decimal(0))
-    found = [row for row, step in enumerate(steps, 1) if -step > 2 * forward > 0]
+    usual = median_high([forward, *steps])
+    is_hour = [bool(rows.dates) and 0 <= _HOUR + step <= usual for step in steps]
+    found = [row for row, step in enumerate(steps, 1) if is_hour[row - 1] or -step > 2 * forward > 0]
     if not found or (count := len(out_of_order(stamps))) <= len(found):
         return ""
     why, how = "the clock seems to start again", ""

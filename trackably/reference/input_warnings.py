@@ -270,7 +270,8 @@ def _of_units(
     if bounds and off > _BEYOND * bounds.width:
         yield (
             f"samples: most of {name} are more than {off:.3g} outside of its bounds {bounds}, around "
-            f"{np.median(samples.values):.6g}: are both in the same unit? Column(..., scale=) and np.radians change it"
+            f"{np.median(samples.values):.6g}: are both in the same unit? Column(..., scale=, offset=) and "
+            "np.radians change it"
         )
     extent = float(np.ptp(samples.values))
     if noise_std and len(samples) >= _FEWEST_BESIDE and 0 < extent < noise_std * np.min(samples.relative_noise):
