@@ -55,17 +55,12 @@ def test_what_an_answer_depends_on_makes_it_asked_again(tmp_path, two, what):
     assert (contents(tmp_path) == contents(two.folder)) == (what not in ("samples", "an option"))
 
 
-def doubtful() -> Samples:
-    warnings.warn("late", DoubtfulInputWarning, stacklevel=1)
-    return motion(0)
-
-
 def test_failures_are_rows_with_their_sentence_and_the_others_go_on(tmp_path):
     sources = [
         Source("unreadable", unreadable),
         Source("no samples of it", lambda: {"speed": motion(0)}),
         Source("outside", lambda: Samples([0.0, 0.1], [30.0, 30.0])),
-        Source("fine", doubtful),
+        Source("fine", lambda: warnings.warn("late", DoubtfulInputWarning, stacklevel=1) or motion(0)),
     ]
     stiff = SquaredExponential(signal_std=1.0, lengthscale=(0.2, 0.3))
     learn = partial(learned, sources, tmp_path, (0.0, 0.1), stiff, method="hyperparameters")
