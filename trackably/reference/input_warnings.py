@@ -123,7 +123,7 @@ def _of_system(plant: ConstrainedSystem) -> Iterator[str]:
     if isinstance(system, LinearSystem) and np.linalg.matrix_rank(system.A) < len(system.A):
         yield (
             "system: A is singular, which happens in x(k+1) = A x(k) + B u(k) only with delays: are these the A and "
-            "B of ẋ = A x + B u? Then use LinearSystem.discretised(A, B, sampling_time)"
+            "B of ẋ = A x + B u? Then use LinearSystem.discretised(A, B, sampling_time), in a file `continuous: true`"
         )
     for quantity in plant.quantities:
         match quantity.formula:
