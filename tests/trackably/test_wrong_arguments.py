@@ -29,6 +29,7 @@ from trackably import (
     simulate,
     tank,
 )
+from trackably.learning.problem import NoFunction
 from trackably.systems.tightening import tightening
 
 DAYS = np.array(["2024-05-01", "2024-05-02"], dtype="datetime64[ns]")
@@ -142,6 +143,13 @@ SHOWN = {
         certify_joints(JointTrajectory.through([0, 1, 2], [[0.0], [1.5], [0.0]], names=["a"]), JOINT),
         "BrokenLimits(from t = 0.666666667 s on the position of a is outside of [-1, 1], by 0.499 at least at 1 s)",
     ),
+    "no function": (
+        NoFunction(()),
+        "NoFunction(no function could be computed: values may be too far apart for the plant, its formulas may not be "
+        "defined near them, or covariances cannot be factored in float64; give fewer or other values, other times, or "
+        "another prior)",
+    ),
+    "a set": (MOVING, "{x : x1 in [0, 1] (which moves in time)}"),
     "a controller": (
         Controller(AXIS, 3, Q, R),
         "Controller(states position, velocity; inputs force; a step every 0.05 s; horizon 3 steps; "

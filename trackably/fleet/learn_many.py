@@ -110,16 +110,16 @@ def answer(source: Source, request: Request, where: FleetFolder) -> Row:
     TypeError: an argument that all recordings share is wrong. Raises OSError.
     """
     kept = where.read_row(source.name)
-    try:
-        measured = source.read()
-        samples = samples_by_name(measured.signals if isinstance(measured, Recording) else measured, request.plant)
-    except (InputError, ValueError, TypeError, OSError) as error:
-        row = Row(source.name, "unusable", str(error), _UNREAD)
-        return row if row == kept else where.write(row)
-    fingerprint = request.fingerprint(samples)
-    if kept is not None and kept.request == fingerprint:
-        return kept
     with _questions() as asked:
+        try:
+            measured = source.read()
+            samples = samples_by_name(measured.signals if isinstance(measured, Recording) else measured, request.plant)
+        except (InputError, ValueError, TypeError, OSError) as error:
+            row = Row(source.name, "unusable", str(error), _UNREAD)
+            return row if row == kept else where.write(row)
+        fingerprint = request.fingerprint(samples)
+        if kept is not None and kept.request == fingerprint:
+            return kept
         try:
             reference = request.learn_from(samples)
         except NotTrackableError as failure:

@@ -252,10 +252,11 @@ class NoFunction(NoSolution):
     @property
     def explanation(self) -> str:
         given = "; ".join(f"{each.name} = {each.value:.6g} at t = {each.time:.6g} s" for each in self.required)
+        having = f" that has the given values ({given})" if given else ""
         return (
-            f"no function could be computed that has the given values ({given}): formulas of the plant may not be "
-            "defined near these values, or covariances cannot be factored in float64; give fewer or other values, or "
-            "another prior"
+            f"no function could be computed{having}: values may be too far apart for the plant, its formulas may not "
+            "be defined near them, or covariances cannot be factored in float64; give fewer or other values, other "
+            "times, or another prior"
         )
 
 

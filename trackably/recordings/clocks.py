@@ -57,7 +57,9 @@ def _what_it_may_be(value: str, text: str, mark: str | None) -> str:
     """Return a hint at what a text that is no number means, or ""; `text` has points as decimal marks."""
     if _BEGINS_AS_DATE.match(value):
         return ' (dates have the unit "ISO 8601", or DateTimes(format) of trackably.recordings)'
-    if mark and _NUMBER.fullmatch(text.translate(_SWAPPED)):
+    if mark is None:
+        return " (a text: save it as a number)"
+    if _NUMBER.fullmatch(text.translate(_SWAPPED)):
         other = POINT if mark == COMMA else COMMA
         return f' (with layout=CsvLayout(decimal="{other}"), or the option --decimal "{other}", it would be one)'
     if _BY_THOUSANDS.fullmatch(text):
@@ -83,8 +85,9 @@ def _shortest(number: float) -> Decimal:
 
 
 def plain(number: Decimal) -> str:
-    """Format a number for a message: without exponent and trailing zeros."""
-    return f"{EXACT.normalize(number):f}"
+    """Format a number for a message: without exponent and trailing zeros, a float64 by its shortest decimals."""
+    nearest = float(number)
+    return f"{EXACT.normalize(_shortest(nearest) if nearest == number else number):f}"
 
 
 _ISO = re.compile(r"\d{4}-?(\d\d-?\d\d|W\d\d(-?\d)?)([T ]\d\d(:?\d\d(:?\d\d([.,]\d+)?)?)?( ?[Z+-].*)?)?", re.ASCII)
@@ -180,7 +183,10 @@ class DateTimes:
     @property
     def _hint(self) -> str:
         if self.format is not None:
-            return ' ("ISO 8601" as time unit reads stamps like 2024-05-01 12:00:00, and dates of Parquet)'
+            return (
+                ' ("ISO 8601" as time unit reads stamps like 2024-05-01 12:00:00, and dates of Parquet; a fraction of '
+                "a second has six digits at most)"
+            )
         other = f"trackably.recordings.DateTimes({_GERMAN}) as time unit reads other formats"
         return f' ({other}; time=("Date", "Time") joins a date and a time of day from two columns)'
 

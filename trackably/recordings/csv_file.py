@@ -154,7 +154,7 @@ def _check_header(
             listed = ", ".join(map(repr, header))
             is_value = not layout.columns and all(of[:1] in {*"+-.0123456789", ""} for of in header)
             cells = ((number, line.split(layout.separator or _separator(line))) for number, line in lines[1:])
-            later = [number for number, of in cells if {*names} <= {cell.strip('" \r\n') for cell in of}]
+            later = [number for number, of in cells if {*names} & {cell.strip('" \r\n') for cell in of}]
             hint = _NO_HEADER if is_value else _LATER.format(later[0]) if later else ""
             raise InputError(
                 f"{path}: there is no column {name!r}; with the separator {separator!r} there are {listed}{hint}"
@@ -177,7 +177,7 @@ def _records(path: Path, lines: Sequence[tuple[int, str]], separator: str) -> It
         at = lines[reader.line_num - 1][0]
         raise InputError(
             f"{path}, line {at}: expected CSV with the separator {separator!r}, got a line that is none ({error}); "
-            "mend it, or give another separator in the layout"
+            "mend it, or give another `separator` in the layout, or lines to `skip`, such as a title above the header"
         ) from error
 
 

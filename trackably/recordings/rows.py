@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from decimal import Decimal
 from itertools import pairwise
+from statistics import median_high
 from typing import Any
 
 import numpy as np
@@ -121,16 +122,19 @@ def describe_restart(rows: Rows) -> str:
 
     A step back by more than twice the largest step forward is a restart: beside rows that are written late, or have
     wrong stamps, there is a step forward of about the same size. If no more rows are out of order than there are such
-    steps, each of these rows may have a wrong stamp. InputError: a row has no time.
+    steps, each of these rows may have a wrong stamp. Dates that go back by an hour, up to two usual steps, are at the
+    end of summer time, whatever the largest step forward is. InputError: a row has no time.
     """
     stamps = rows.require_times()
     steps = [after - before for before, after in pairwise(stamps)]
     forward = max(steps, default=Decimal(0))
-    found = [row for row, step in enumerate(steps, 1) if -step > 2 * forward > 0]
+    near = 2 * median_high([forward, *steps]) if rows.dates else -1
+    is_hour = [0 <= _HOUR + step <= near and step < 0 for step in steps]
+    found = [row for row, step in enumerate(steps, 1) if is_hour[row - 1] or -step > 2 * forward > 0]
     if not found or (count := len(out_of_order(stamps))) <= len(found):
         return ""
     why, how = "the clock seems to start again", ""
-    if rows.dates and 0 <= _HOUR + steps[found[0] - 1] <= forward:
+    if is_hour[found[0] - 1]:
         why, how = "the clock is set back by an hour, as at the end of summer time", ", each with its own zone"
     if rows.dates and max(stamps) < _DAY <= forward - steps[found[0] - 1]:  # stamps of dates count from 1970
         why, how = "times of day begin again at midnight", ", and add 86400 s to the times of the second"

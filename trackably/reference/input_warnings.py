@@ -123,7 +123,7 @@ def _of_system(plant: ConstrainedSystem) -> Iterator[str]:
     if isinstance(system, LinearSystem) and np.linalg.matrix_rank(system.A) < len(system.A):
         yield (
             "system: A is singular, which happens in x(k+1) = A x(k) + B u(k) only with delays: are these the A and "
-            "B of ẋ = A x + B u? Then use LinearSystem.discretised(A, B, sampling_time)"
+            "B of ẋ = A x + B u? Then use LinearSystem.discretised(A, B, sampling_time), in a file `continuous: true`"
         )
     for quantity in plant.quantities:
         match quantity.formula:
@@ -270,7 +270,8 @@ def _of_units(
     if bounds and off > _BEYOND * bounds.width:
         yield (
             f"samples: most of {name} are more than {off:.3g} outside of its bounds {bounds}, around "
-            f"{np.median(samples.values):.6g}: are both in the same unit? Column(..., scale=) and np.radians change it"
+            f"{np.median(samples.values):.6g}: are both in the same unit? Column(..., scale=, offset=) and "
+            "np.radians change it"
         )
     extent = float(np.ptp(samples.values))
     if noise_std and len(samples) >= _FEWEST_BESIDE and 0 < extent < noise_std * np.min(samples.relative_noise):

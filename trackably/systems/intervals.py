@@ -90,7 +90,10 @@ class Interval:
         lower, upper = self.ends(self._times)
         if not np.all(lower < upper):
             where = self._times.flat[int(np.argmin(upper - lower))]
-            raise ValueError(f"set: must have an interior at all times, but {self} has none at t = {where:.6g} s")
+            raise ValueError(
+                f"set: must have an interior at all times, but {self} has none at t = {where:.6g} s; at a jump, the "
+                "values on both sides hold"
+            )
 
     @property
     def lower(self) -> float:

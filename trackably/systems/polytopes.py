@@ -30,7 +30,7 @@ BoundedRow = tuple[tuple[Fraction, ...], Interval]
 _OUTWARDS = 1e-6  # a minimum is lowered by this part of 1 + |minimum|, which exceeds the error of the solver
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Polytope:
     """{x : lower ≤ R x ≤ upper} with `rows` R (r, n) and finite `lower` < `upper` (r,), in `dimension` n.
 
@@ -212,7 +212,7 @@ class Polytope:
         values = np.asarray(points) @ self.rows.T
         return np.asarray(np.min(np.minimum(values - self.lower, self.upper - values), axis=-1, initial=np.inf))
 
-    def __str__(self) -> str:
+    def __repr__(self) -> str:
         sides = (f"{_formula(row)} in {bounds}" for row, bounds in zip(self.rows, self.bounds, strict=True))
         return f"{{x : {', '.join(sides)}}}"
 

@@ -274,7 +274,8 @@ def _symbols_in(what: str) -> Iterator[None]:
         reasons.append(str(error))
     except (TypeError, AttributeError, ValueError, ArithmeticError, IndexError) as error:
         instead = f"; {_LINALG}" if "dtype('O')" in str(error) else ""
-        reasons.append(f"must be written in {SUPPORTED}: {error}{instead}")
+        said = f"raises {type(error).__name__} ({error}) for arrays of symbols"
+        reasons.append(f"{said}; it must be written in {SUPPORTED}{instead}")
     finally:
         _REASONS.reset(token)
     if reasons:

@@ -13,7 +13,7 @@ import pytest
 from tests.trackably.fleet.recordings import KERNEL, PLANT, TWO_MOTIONS, contents, learned, motion, unreadable
 from trackably import Samples, Source, SquaredExponential, check, learn_reference, learn_stream
 from trackably.checker import Proved
-from trackably.errors import InputError
+from trackably.errors import DoubtfulInputWarning, InputError
 from trackably.fleet.learn_many import Request
 
 
@@ -57,17 +57,22 @@ def test_what_an_answer_depends_on_makes_it_asked_again(tmp_path, two, what):
 
 
 def test_failures_are_rows_with_their_sentence_and_the_others_go_on(tmp_path):
+    def late_table():
+        warnings.warn("late", DoubtfulInputWarning, stacklevel=1)
+        return pd.Series(motion(0).values, motion(0).times)
+
     sources = [
         Source("unreadable", unreadable),
         Source("no samples of it", lambda: {"speed": motion(0)}),
         Source("outside", lambda: Samples([0.0, 0.1], [30.0, 30.0])),
-        Source("fine, from a table of pandas", lambda: pd.Series(motion(0).values, motion(0).times)),
+        Source("fine, from a table of pandas", late_table),
     ]
     stiff = SquaredExponential(signal_std=1.0, lengthscale=(0.2, 0.3))
     learn = partial(learned, sources, tmp_path, (0.0, 0.1), stiff, method="hyperparameters")
     fleet = learn()
     assert [row.outcome for row in fleet.rows] == ["unusable", "unusable", "infeasible", "proved"]
     assert fleet.rows[0].sentence == "a.csv: there is no such file"
+    assert "late" in fleet.rows[3].questions
     with pytest.raises(InputError, match="outside is infeasible"):
         fleet.reference("outside")
     before = written(tmp_path)

@@ -23,7 +23,7 @@ def test_days_are_midnights(tmp_path, kind):
     assert read_parquet(path, "t", "ISO 8601", {"x": "y"})["x"].times.tolist() == [0.0, 86_400.0, 345_600.0]
     with pytest.raises(InputError, match='have the unit "ISO 8601"'):
         read_parquet(path, "t", "s", {"x": "y"})
-    with pytest.raises(InputError, match=r'"ISO 8601" as time unit reads .* dates of Parquet'):
+    with pytest.raises(InputError, match=r'"ISO 8601" as time unit reads .* dates of Parquet; .* six digits'):
         read_parquet(path, "t", DateTimes("%d.%m.%Y"), {"x": "y"})
 
 
@@ -33,8 +33,16 @@ def test_durations_are_refused(tmp_path):
         read_parquet(path, "t", "s", {"x": "y"})
 
 
-def test_a_column_of_lists_is_refused(tmp_path):
-    path = tmp_path / "lists.parquet"
-    pq.write_table(pa.table({"t": [0.0, 1.0], "q": [[0.0, 1.0], [2.0, 3.0]]}), path)
-    with pytest.raises(InputError, match=r"row 1, column 'q': expected a finite number, got \[0\.0, 1\.0\]"):
+REFUSED = [
+    ([0.0, 1.0], [[0.0, 1.0], [2.0, 3.0]], r"row 1, column 'q': expected a finite number, got \[0\.0, 1\.0\]"),
+    ([0.0, 1.0], ["0.125", "2"], r"got '0\.125' \(a text: save it as a number\)"),
+    ([0.3, 0.1], [1.0, 2.0], r"got 0\.1 s after 0\.3 s"),
+]
+
+
+@pytest.mark.parametrize(("times", "values", "message"), REFUSED)
+def test_other_columns_are_refused(tmp_path, times, values, message):
+    path = tmp_path / "a.parquet"
+    pq.write_table(pa.table({"t": times, "q": values}), path)
+    with pytest.raises(InputError, match=message):
         read_parquet(path, "t", "s", {"x": "q"})

@@ -17,7 +17,7 @@ REFUSALS = {
         ": there is no column 'x'; with the separator ';' there are 't', 'a,b', ",
     ),
     "a title above the header": (
-        "Device 7\nnext\nt;x\n0;1\n",
+        "Device 7\nnext\nt;y\n0;1\n",
         {},
         ": there is no column 't'; with the separator ' ' there are 'Device', '7': if line 3 is the header, `skip` of",
     ),
@@ -65,7 +65,7 @@ REFUSALS = {
         ", line 5: times must not decrease, got 0 s after 7.2 s; at line 5 the clock seems to start again, ",
     ),
     "the end of summer time": (
-        "t,x\n27.10.2024 02:40,0\n27.10.2024 02:50,1\n27.10.2024 02:00,2\n27.10.2024 02:10,3\n",
+        "t,x\n27.10.2024 02:10,0\n27.10.2024 02:50,1\n27.10.2024 02:00,2\n27.10.2024 02:10,3\n",
         {"unit": DateTimes("%d.%m.%Y %H:%M")},
         ", line 4: times must not decrease, got 27.10.2024 02:00 after 27.10.2024 02:50; at line 4 the clock is set",
     ),

@@ -69,7 +69,7 @@ DOUBTFUL = {
     "milliseconds": (asked(TIMES, 1e-3 * TIMES), r"last 0\.003 s, less than one step of the system"),
     "milliseconds taken for seconds": (asked(0.1 * TIMES, 1e3 * TIMES), r"every 200 s, .* are their times in millisec"),
     "millimetres": (asked(80 + 20 * np.sin(TIMES)), r"are both in the same unit\?"),
-    "degrees beside radians": (asked(9 * np.sin(TIMES) - 40), r"same unit\? Column\(.*np\.radians"),
+    "degrees beside radians": (asked(9 * np.sin(TIMES) - 40), r"same unit\? Column\(.*offset.*np\.radians"),
     "degrees within a few widths": (asked(4 * TIMES), r"around 6: are both in the same unit\?"),
     "kelvins": (asked(293 + np.sin(TIMES)), r"are both in the same unit\?"),
     "gaps": (asked(times=TIMES + 3 * (TIMES > 0.7) + 5 * (TIMES > 1.3)), r"for 5\.2 s after 4\.2 s, .* every 0\.2 s"),

@@ -20,6 +20,7 @@ REFUSED = {
     "solve": (lambda x, u: np.linalg.solve([[1 + x[0] ** 2]], u), "np.linalg takes plain numbers only; write"),
     "arcsin": (lambda x, u: [np.arcsin(x[0]) + u[0]], r"f must be written in \+ - \* / .* abs; it uses np.arcsin"),
     "a long number": (lambda x, u: [x[0] + 2**53 + 1 + (2**53 + 1) * u[0]], "exact in float64, got 9007199254740993"),
+    "a state too many": (lambda x, u: [x[1]], r"f raises IndexError \(index 1 .*; it must be written in"),
     "too few": (lambda x, u: [], "f must return a list of 1 successors, got 0 values"),
 }
 
