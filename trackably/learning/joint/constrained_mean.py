@@ -33,6 +33,7 @@ from trackably.systems.trajectories import Signals
 from trackably.work import done
 
 _CORRECTIONS = 5  # most corrections of the multipliers of one function
+_MISSED = 1e-9  # part of a width: a row that violates its bound by more is active, and joins the working set
 _MET = 1e-10  # part of a width: corrections end at smaller residuals; the first back-off (tightening) is 1e-6
 # Parts of the rows' variances, added to the diagonal of their covariance K⁺: tried in turn until a factor exists.
 _JITTERS = 1e-12, 1e-10, 1e-8
@@ -91,12 +92,12 @@ class ConstrainedMean:
             return solve_symmetric(self.given.covariance[np.ix_(active, active)], right)
         solvers = (self.given.system.solver(self.multipliers != 0, part) for part in _JITTERS)
         solve = next(filter(None, solvers), None)
-        return np.zeros(len(active)) if solve is None else solve(right)
+        return np.zeros(len(active)) if solve is None else solve(right)[0]
 
     @property
     def active_bounds(self) -> tuple[ActiveBound, ...]:
         """The bounds with λ_a ≠ 0, each with its cost λ_a (b_a − L_a m⁺) for the limit b_a of its row; the sum is D."""
-        return tuple(self._active_bound(a) for a in np.flatnonzero(self.multipliers))
+        return tuple(self._active_bound(a) for a in np.flatnonzero(self.multipliers).tolist())
 
     @property
     def most_influential(self) -> tuple[ActiveBound, ...]:
@@ -106,11 +107,11 @@ class ConstrainedMean:
         """
         moves = np.abs(self.multipliers) * np.sqrt(np.maximum(self.given.covariance.diagonal(), 0.0))
         by_size = np.argsort(-moves, kind="stable")
-        return tuple(self._active_bound(a) for a in by_size if moves[a] > _NEGLIGIBLE * np.max(moves))
+        return tuple(self._active_bound(a) for a in by_size.tolist() if moves[a] > _NEGLIGIBLE * np.max(moves))
 
-    def _active_bound(self, a: np.intp) -> ActiveBound:
+    def _active_bound(self, a: int) -> ActiveBound:
         price = self.multipliers[a] * (self.demanded.limits[a] - self.given.mean[a])
-        return ActiveBound(*self.demanded.labels[a], self.multipliers[a].item(), price.item())
+        return ActiveBound(*self.demanded.label(a), self.multipliers[a].item(), price.item())
 
     @property
     def rise(self) -> float:
@@ -164,7 +165,7 @@ def mean_meeting(posterior: JointPosterior, demanded: Demands, likely: Flags | N
     given = RowPosterior(posterior, demanded.rows)
     gap = demanded.limits - given.mean
     if given.system and not demanded.is_equation.any():
-        multipliers = system_multipliers(given.system, gap, likely)
+        multipliers = system_multipliers(given.system, gap, _MISSED * demanded.widths, likely)
         if multipliers is None:
             multipliers = interior_multipliers(given.system, gap)
         if multipliers is not None:
@@ -175,7 +176,6 @@ def mean_meeting(posterior: JointPosterior, demanded: Demands, likely: Flags | N
     return ConstrainedMean(given, demanded, dual.multipliers, dual.value, dual.contradicts)
 
 
-_MISSED = 1e-9  # relative to the bounds' width: a row that violates its bound by more joins the working set
 _MAX_ROUNDS = 30  # most programs with the working set's rows only; then follows one with all rows
 
 

@@ -15,7 +15,7 @@ from trackably.gp.joint import JointPosterior
 from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import Constraint, joined, worst
 from trackably.learning.joint.constrained_mean import ConstrainedMean, constrained_mean, is_linear
-from trackably.learning.joint.places import LOWER, UPPER, MarginScan, Places, merge, places_of
+from trackably.learning.joint.places import LOWER, UPPER, MarginScan, Places, merge
 from trackably.learning.joint.sequential import with_regular
 from trackably.learning.problem import MANY_CONTACTS, ConstrainedProblem, gap_allowed
 from trackably.systems.trajectories import Signals
@@ -104,7 +104,7 @@ def exchange_bounds(
         if least >= (-max(removed, tolerance or ALMOST) if is_rough else 0.0):
             minima = seen.with_overlooked(minima)
         margin, constraint, time = worst(minima)
-        kept = places_of(bent.active_bounds, [constraint.quantity.name for constraint in problem.constraints])
+        kept = bent.demanded.select(bent.multipliers != 0, len(problem.constraints))
         found = joined(minima, seen.at(regular)) if regular else minima
         new = at_steps(problem, seen.places(found, below), places, same)
         # Places with inactive bounds are dropped, unless this would go on for ever: with kinks, when D stays the same.

@@ -57,7 +57,12 @@ def interior_multipliers(system: RowSystem, demand: Array) -> Array | None:
 
 
 def _newton_step(
-    solve: Callable[[Array], Array], scale: Array, multipliers: Array, slacks: Array, missed: Array, products: Array
+    solve: Callable[[Array], tuple[Array, Array]],
+    scale: Array,
+    multipliers: Array,
+    slacks: Array,
+    missed: Array,
+    products: Array,
 ) -> tuple[Array, Array, Array]:
     """Return the changes of λ, s and K λ after which, to first order, λ_a s_a are `products` and K λ − d − s is zero.
 
@@ -66,7 +71,7 @@ def _newton_step(
     """
     wanted = products / multipliers - slacks
     right = wanted - missed
-    by = solve(right * scale) * scale
+    by = solve(right * scale)[0] * scale
     return by, wanted - slacks / multipliers * by, right - (slacks / multipliers + _JITTER) * by
 
 

@@ -7,7 +7,6 @@ from bisect import bisect
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property as cached
-from itertools import accumulate
 from typing import NamedTuple
 
 import numpy as np
@@ -21,17 +20,10 @@ from trackably.learning.problem import ActiveBound, ConstrainedProblem, Side
 from trackably.systems.trajectories import Quantities, Signals, Trajectory
 
 LOWER, UPPER = 1.0, -1.0  # the sides of bounds, which are also the signs of their rows
+_SIDES: dict[float, Side] = {LOWER: "lower", UPPER: "upper"}
 
 Places = tuple[Array, ...]
 """For each constraint an array (n, 2) of times [s] and sides: `LOWER` or `UPPER`."""
-
-
-class Label(NamedTuple):
-    """The bound that a row represents: the quantity's `name`, the `side` of the bound, and the `time` [s]."""
-
-    name: str
-    side: Side
-    time: float
 
 
 @dataclass(frozen=True)
@@ -39,14 +31,17 @@ class Demands:
     """`rows`, weighted sums of signals, that have to be at least `limits`, or equal to them if `is_equation` holds.
 
     Arrays have shape (r,) for r rows. The row of an upper bound has the opposite sign. `widths` are the widths of the
-    bounds, relative to which violations are compared. `labels` have the name, the side and the time [s] of each row.
+    bounds, relative to which violations are compared. `places` (r, 2) has times [s] and sides. The row belongs to a
+    constraint or to a required value: `owner` is its index among the `names` of all of these, constraints first.
     """
 
     rows: Rows
     limits: Array
     is_equation: Flags
     widths: Array
-    labels: tuple[Label, ...]
+    places: Array
+    owner: npt.NDArray[np.intp]
+    names: tuple[str, ...]
 
     def among(self, chosen: npt.NDArray[np.intp]) -> "Demands":
         """Return the demands on the rows with the indices `chosen`, which increase."""
@@ -55,19 +50,19 @@ class Demands:
             self.limits[chosen],
             self.is_equation[chosen],
             self.widths[chosen],
-            tuple(self.labels[a] for a in chosen.tolist()),
+            self.places[chosen],
+            self.owner[chosen],
+            self.names,
         )
 
+    def select(self, chosen: Flags, constraints: int) -> Places:
+        """Return the places of the rows that are `chosen`, flags (r,), for each of this number of constraints."""
+        return tuple(self.places[chosen & (self.owner == i)] for i in range(constraints))
 
-def select(places: Places, flags: Flags) -> Places:
-    """Return the places (times and sides) whose flag is true, for each constraint.
-
-    `flags` has an entry for each place, constraint by constraint, and then one for each required value.
-    """
-    ends = accumulate(map(len, places))
-    return tuple(
-        of_constraint[flags[end - len(of_constraint) : end]] for of_constraint, end in zip(places, ends, strict=True)
-    )
+    def label(self, a: int) -> tuple[str, Side, float]:
+        """Return the name, the side and the time [s] of the bound that row `a` represents."""
+        time, side = self.places[a].tolist()
+        return self.names[self.owner[a]], "equal" if self.is_equation[a] else _SIDES[side], time
 
 
 def places_of(active: Sequence[ActiveBound], names: Sequence[str]) -> Places:
@@ -75,18 +70,18 @@ def places_of(active: Sequence[ActiveBound], names: Sequence[str]) -> Places:
 
     Required values are left out.
     """
-    sides = {"lower": LOWER, "upper": UPPER}
+    signs = {name: sign for sign, name in _SIDES.items()}
     return tuple(
-        np.array([(b.time, sides[b.side]) for b in active if b.name == name and b.side in sides]).reshape(-1, 2)
+        np.array([(b.time, signs[b.side]) for b in active if b.name == name and b.side in signs]).reshape(-1, 2)
         for name in names
     )
 
 
 def flags(places: Places, among: Places) -> Flags:
     """Return, for each place (time and side), constraint by constraint, whether it is also in `among`: shape (r,)."""
-    known = [set(map(tuple, of_constraint.tolist())) for of_constraint in among]
-    pairs = zip(places, known, strict=True)
-    return np.array([tuple(place) in those for some, those in pairs for place in some.tolist()], dtype=bool)
+    number = np.array([1, 1j])  # a time and a side as one complex number
+    found = [np.isin(at @ number, of @ number) for at, of in zip(places, among, strict=True)]
+    return np.concatenate([np.empty(0, dtype=bool), *found])
 
 
 def merge(places: Places, new: Places, same: float) -> Places:
@@ -124,12 +119,6 @@ class PlacedBounds(NamedTuple):
     limits: Array
     width: float
     is_equation: bool = False
-
-    @property
-    def labels(self) -> list[Label]:
-        names: dict[float, Side] = {LOWER: "equal" if self.is_equation else "lower", UPPER: "upper"}
-        pairs = zip(self.sides.tolist(), self.times.tolist(), strict=True)
-        return [Label(self.name, names[side], time) for side, time in pairs]
 
 
 def placed_bounds(problem: ConstrainedProblem, places: Places) -> list[PlacedBounds]:
@@ -170,7 +159,9 @@ def demands(problem: ConstrainedProblem, places: Places, near: Signals) -> Deman
         np.concatenate([np.empty(0), *(of.limits for of in bounds)]),
         np.array([of.is_equation for of in bounds], dtype=bool)[owner],
         np.array([of.width for of in bounds])[owner],
-        tuple(label for of in bounds for label in of.labels),
+        np.concatenate([np.empty((0, 2)), *(np.column_stack([of.times, of.sides]) for of in bounds)]),
+        owner,
+        tuple(of.name for of in bounds),
     )
 
 

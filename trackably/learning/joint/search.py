@@ -28,7 +28,7 @@ from trackably.learning.joint.exchange import (
     no_places,
     same_time,
 )
-from trackably.learning.joint.places import MarginScan, Places, demands, flags, merge, select
+from trackably.learning.joint.places import MarginScan, Places, demands, flags, merge
 from trackably.learning.joint.sequential import (
     keep_off_short_times,
     keep_off_singularities,
@@ -119,7 +119,7 @@ class JointProgram:
     @property
     def met(self) -> Places:
         """The places (times and sides) of the rows that are `chosen` after the last evaluation (see `WorkingSet`)."""
-        return select(self.places, self._working.chosen)
+        return self._working.demanded.select(self._working.chosen, len(self.places))
 
     @cached_property
     def _working(self) -> WorkingSet:
