@@ -94,16 +94,23 @@ def merge(places: Places, new: Places, same: float) -> Places:
 
 def _unite(places: Array, new: Array, same: float) -> Array:
     """Return `places` (times and sides) and those of `new` that have no other one of their side within `same` [s]."""
-    known: dict[float, list[float]] = {LOWER: [], UPPER: []}
-    for time, side in sorted(places.tolist()):
-        known[side].append(time)
-    for time, side in new.tolist():
-        times = known[side]
+    added: dict[float, list[float]] = {LOWER: [], UPPER: []}
+    for time, side in new[~near_to(places, new, same)].tolist():
+        times = added[side]
         at = bisect(times, time)
         if all(abs(time - t) > same for t in times[max(at - 1, 0) : at + 1]):
             times.insert(at, time)
-    union = sorted((time, side) for side, times in known.items() for time in times)
-    return np.array(union).reshape(-1, 2)
+    union = np.concatenate([places, *([[time, side]] for side, times in added.items() for time in times)])
+    return union[np.lexsort(union.T[::-1])]
+
+
+def near_to(known: Array, places: Array, same: float) -> Flags:
+    """Return flags (n,): for each of `places` (n, 2), whether a `known` one of the same side is within `same` [s]."""
+    found = np.zeros(len(places), dtype=bool)
+    for side in (LOWER, UPPER):
+        times, own = np.append(np.sort(known[known[:, 1] == side, 0]), np.inf), places[:, 1] == side
+        found[own] = times[np.searchsorted(times, places[own, 0] - same)] <= places[own, 0] + same
+    return found
 
 
 class PlacedBounds(NamedTuple):

@@ -21,7 +21,6 @@ from trackably.learning import sqp
 from trackably.learning.joint.constrained_mean import WorkingSet, is_linear
 from trackably.learning.joint.exchange import (
     ALMOST,
-    MAX_ROUNDS,
     ExchangeResult,
     exchange_bounds,
     is_smooth,
@@ -67,7 +66,6 @@ _BACKOFFS = 0.1, 0.03, 0.01, 0.0  # bounds on nonlinear formulas are first tight
 _COARSE_GAIN, _FINE_GAIN = 1e-4, 1e-9
 _OF_GAP = 0.1  # part of `allowed_gap`: some descents end when a step can lower J by no more than this
 _EXACT = 1e-2  # a relaxation is minimised up to this part of the gain at which a descent ends
-_GLANCE = 3  # programs of the exchange that finds the first places of bounds, and the noise, for kernels with kinks
 _PRECISE = 1e-5  # relative to 1 + |J|: the relaxation with these places is minimised so precisely
 _OF_BOUNDS = 10.0  # its search starts as if this were the second derivative of the price of bounds in each ln θ
 _FEW_SAMPLES = 40  # with fewer samples, a descent takes only seconds
@@ -256,10 +254,10 @@ class JointSearch:
             self.best = found
 
     def _path_from(
-        self, log_theta: Array, places: Places, near: Signals | None = None, rounds: int = MAX_ROUNDS
+        self, log_theta: Array, places: Places, near: Signals | None = None, is_glance: bool = False
     ) -> "_Descent | None":
         """Return a descent that begins at the point found by `at`; None if there is none."""
-        point = self.at(log_theta, places, near, ALMOST, rounds=rounds)
+        point = self.at(log_theta, places, near, ALMOST, is_glance=is_glance)
         return _Descent(point, point.function.places) if point else None
 
     def _begin_with_kinks(self, start: Array) -> "_Descent | None":
@@ -272,7 +270,7 @@ class JointSearch:
         begins at the start of the relaxation. Descents of several signals always begin at that start, because for them
         the minimiser is too often near a worse minimum of J.
         """
-        glance = self._path_from(start, no_places(self.problem), rounds=_GLANCE)
+        glance = self._path_from(start, no_places(self.problem), is_glance=True)
         if glance is None:
             return None
         mean = glance.point.function.mean
@@ -448,18 +446,18 @@ class JointSearch:
         near: Signals | None,
         tolerance: float = 0.0,
         ceiling: float = np.inf,
-        rounds: int = MAX_ROUNDS,
+        is_glance: bool = False,
     ) -> Point | None:
         """Return the point at ln θ; None if it cannot be evaluated in float64.
 
-        The exchange begins with bounds at these `places` (times and sides) and with the signals `near`. It ends after
-        this number of `rounds`, when violations are below the `tolerance` (a part of a width), or when J exceeds the
-        `ceiling`.
+        The exchange begins with bounds at these `places` (times and sides) and with the signals `near`. It ends when
+        violations are below the `tolerance` (a part of a width), or when J exceeds the `ceiling`. It may be only a
+        glance (see `exchange_bounds`).
         """
         posterior = self.problem.posterior(log_theta)
         try:
             nlml, slope = posterior.negative_log_marginal_likelihood()
-            function = exchange_bounds(self.problem, posterior, places, near, tolerance, ceiling - nlml, rounds)
+            function = exchange_bounds(self.problem, posterior, places, near, tolerance, ceiling - nlml, is_glance)
         except IllConditioned:
             return None
         if function is None:
