@@ -89,9 +89,9 @@ def exchange_bounds(
     below, regular = _to_impose(problem, -tolerance / 2 if is_glance else None)
     if not is_convex:  # times of bounds, found for other hyperparameters, may be too far apart: add regular ones
         places = with_regular(problem, posterior, places)
-    kept = places if is_rough else None
+    kept: Places | None = None
     for _ in range(_GLANCE if is_glance else _MAX_ROUNDS if is_convex else _MOST_WITH_FORMULAS):
-        bent = constrained_mean(problem, posterior, places, near, kept)
+        bent = constrained_mean(problem, posterior, places, near, places if is_rough else kept)
         if bent is None:
             return best
         seen = MarginScan(problem.constraints, bent.signals)
