@@ -25,8 +25,7 @@ from trackably.gp.joint import JointPosterior
 from trackably.gp.row_posterior import RowPosterior, has_system
 from trackably.gp.signal import KernelSum
 from trackably.learning.joint.dual import solve_dual, solve_symmetric, system_multipliers
-from trackably.learning.joint.interior import interior_multipliers
-from trackably.learning.joint.places import Demands, Places, demands, flags
+from trackably.learning.joint.places import Demands, Places, demands
 from trackably.learning.joint.sequential import FormulaProgram
 from trackably.learning.problem import ActiveBound, ConstrainedProblem
 from trackably.systems.trajectories import Signals
@@ -137,17 +136,17 @@ def constrained_mean(
     signals `near`, by default the posterior means; None if none is found. Giving the places whose bounds are probably
     `active` saves work. Raises IllConditioned if K + σ_n² I has no Cholesky factor.
     """
-    likely = None if active is None else np.append(flags(places, active), np.zeros(len(problem.required), dtype=bool))
     at = posterior.signals if near is None else near
     if is_linear(problem):
-        return mean_meeting(posterior, demands(problem, places, at), likely)
-    found = FormulaProgram.of(problem, posterior, places).minimiser_near(at)
-    if found is None:
-        return None
-    demanded = demands(problem, places, found)
-    is_near = demanded.rows.values(found) < demanded.limits + _NEAR * demanded.widths
-    rows = np.flatnonzero(is_near | demanded.is_equation)
-    return mean_meeting(posterior, demanded.among(rows), None if likely is None else likely[rows])
+        demanded = demands(problem, places, at)
+    else:
+        found = FormulaProgram.of(problem, posterior, places).minimiser_near(at)
+        if found is None:
+            return None
+        every = demands(problem, places, found)
+        is_near = every.rows.values(found) < every.limits + _NEAR * every.widths
+        demanded = every.among(np.flatnonzero(is_near | every.is_equation))
+    return mean_meeting(posterior, demanded, None if active is None else demanded.flags(active))
 
 
 def is_linear(problem: ConstrainedProblem) -> bool:
@@ -166,8 +165,6 @@ def mean_meeting(posterior: JointPosterior, demanded: Demands, likely: Flags | N
     gap = demanded.limits - given.mean
     if given.system and not demanded.is_equation.any():
         multipliers = system_multipliers(given.system, gap, _MISSED * demanded.widths, likely)
-        if multipliers is None:
-            multipliers = interior_multipliers(given.system, gap)
         if multipliers is not None:
             return ConstrainedMean(given, demanded, multipliers, float(multipliers @ gap), contradicts=False)
     dual = solve_dual(given.covariance, gap, demanded.is_equation, likely, given.rounding)
@@ -191,8 +188,6 @@ class WorkingSet:
     demanded: Demands
     chosen: Flags
     _active: Flags | None = None
-    _own: Demands | None = None
-    """The demands of the chosen rows; kept until a row is added, because the object caches the order of its terms."""
 
     def mean_for(self, posterior: JointPosterior) -> ConstrainedMean | None:
         """Return the function that meets all demands; None if it cannot be computed in float64.
@@ -206,8 +201,7 @@ class WorkingSet:
         for _ in range(_MAX_ROUNDS):
             rows = np.flatnonzero(self.chosen)
             likely = None if self._active is None else self._active[rows]
-            self._own = self._own or self.demanded.among(rows)
-            found = mean_meeting(posterior, self._own, likely)
+            found = mean_meeting(posterior, self.demanded.among(rows), likely)
             if found is None or found.contradicts:
                 return found
             self._active = np.zeros_like(self.chosen)
@@ -215,7 +209,7 @@ class WorkingSet:
             added = self._misses(found)
             if not len(added):
                 return found
-            self.chosen[added], self._own = True, None
+            self.chosen[added] = True
         return mean_meeting(posterior, self.demanded)
 
     def _misses(self, found: ConstrainedMean) -> npt.NDArray[np.intp]:

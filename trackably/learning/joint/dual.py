@@ -16,6 +16,7 @@ import scipy
 
 from trackably.arrays import Array, Flags
 from trackably.gp.row_system import RowSystem
+from trackably.learning.joint.interior import interior_multipliers
 from trackably.work import done
 
 _MOST_EXCHANGES, _MOST_STEPS = 60, 30  # most exchanges of blocks; most steps with single variables per variable
@@ -51,7 +52,7 @@ def system_multipliers(system: RowSystem, demand: Array, tolerance: Array, likel
 
     Inactive rows may miss their demands by the `tolerance` (r,): rows whose multipliers are nearly zero would otherwise
     be exchanged to and fro. The search starts with the rows whose multipliers are `likely` to be positive, flags (r,).
-    None if λ is not found in float64.
+    If it fails, an interior point method follows. None if λ is not found in float64.
     """
     scale = np.sqrt(system.variances)
     if not np.all(scale > 0):
@@ -65,14 +66,17 @@ def system_multipliers(system: RowSystem, demand: Array, tolerance: Array, likel
         x[positive], products = solver(demand[positive])
         return x * scale, products / scale
 
+    def misses(x: Array) -> bool:
+        missed = np.abs(system.product(x / scale) / scale - wanted)[x != 0]
+        return bool(np.any(missed > _MET * float(np.max(np.abs(wanted)))))
+
     try:
         found = _pivot(solve, wanted, likely, tolerance / scale, _SMALL, _MOST_OF_SYSTEM)
     except np.linalg.LinAlgError:
-        return None
-    if found is None:
-        return None
-    missed = np.abs(system.product(found / scale) / scale - wanted)[found != 0]
-    return None if np.any(missed > _MET * float(np.max(np.abs(wanted)))) else np.maximum(found, 0.0) / scale
+        found = None
+    if found is None or misses(found):
+        found = interior_multipliers(system, scale, wanted)
+    return None if found is None else np.maximum(found, 0.0) / scale
 
 
 def _pivot(

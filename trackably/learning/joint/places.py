@@ -20,7 +20,6 @@ from trackably.learning.problem import ActiveBound, ConstrainedProblem, Side
 from trackably.systems.trajectories import Quantities, Signals, Trajectory
 
 LOWER, UPPER = 1.0, -1.0  # the sides of bounds, which are also the signs of their rows
-_SIDES: dict[float, Side] = {LOWER: "lower", UPPER: "upper"}
 
 Places = tuple[Array, ...]
 """For each constraint an array (n, 2) of times [s] and sides: `LOWER` or `UPPER`."""
@@ -55,6 +54,14 @@ class Demands:
             self.names,
         )
 
+    def flags(self, among: Places) -> Flags:
+        """Return whether the place of each row is `among` those of its constraint, shape (r,)."""
+        found, number = np.zeros(len(self.limits), dtype=bool), np.array([1, 1j])  # time and side as one number
+        for i, known in enumerate(among):
+            own = self.owner == i
+            found[own] = np.isin(self.places[own] @ number, known @ number)
+        return found
+
     def select(self, chosen: Flags, constraints: int) -> Places:
         """Return the places of the rows that are `chosen`, flags (r,), for each of this number of constraints."""
         return tuple(self.places[chosen & (self.owner == i)] for i in range(constraints))
@@ -62,7 +69,11 @@ class Demands:
     def label(self, a: int) -> tuple[str, Side, float]:
         """Return the name, the side and the time [s] of the bound that row `a` represents."""
         time, side = self.places[a].tolist()
-        return self.names[self.owner[a]], "equal" if self.is_equation[a] else _SIDES[side], time
+        return (
+            self.names[self.owner[a]],
+            "equal" if self.is_equation[a] else "lower" if side == LOWER else "upper",
+            time,
+        )
 
 
 def places_of(active: Sequence[ActiveBound], names: Sequence[str]) -> Places:
@@ -70,18 +81,11 @@ def places_of(active: Sequence[ActiveBound], names: Sequence[str]) -> Places:
 
     Required values are left out.
     """
-    signs = {name: sign for sign, name in _SIDES.items()}
+    sides = {"lower": LOWER, "upper": UPPER}
     return tuple(
-        np.array([(b.time, signs[b.side]) for b in active if b.name == name and b.side in signs]).reshape(-1, 2)
+        np.array([(b.time, sides[b.side]) for b in active if b.name == name and b.side in sides]).reshape(-1, 2)
         for name in names
     )
-
-
-def flags(places: Places, among: Places) -> Flags:
-    """Return, for each place (time and side), constraint by constraint, whether it is also in `among`: shape (r,)."""
-    number = np.array([1, 1j])  # a time and a side as one complex number
-    found = [np.isin(at @ number, of @ number) for at, of in zip(places, among, strict=True)]
-    return np.concatenate([np.empty(0, dtype=bool), *found])
 
 
 def merge(places: Places, new: Places, same: float) -> Places:

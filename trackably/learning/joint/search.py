@@ -27,7 +27,7 @@ from trackably.learning.joint.exchange import (
     no_places,
     same_time,
 )
-from trackably.learning.joint.places import MarginScan, Places, demands, flags, merge
+from trackably.learning.joint.places import MarginScan, Places, demands, merge
 from trackably.learning.joint.sequential import (
     keep_off_short_times,
     keep_off_singularities,
@@ -122,9 +122,7 @@ class JointProgram:
     @cached_property
     def _working(self) -> WorkingSet:
         demanded = demands(self.problem, self.places, self.near)
-        begun = demanded.is_equation.copy()
-        begun[: sum(map(len, self.places))] = flags(self.places, self.active)
-        return WorkingSet(demanded, begun)
+        return WorkingSet(demanded, demanded.is_equation | demanded.flags(self.active))
 
 
 def _unconstrained(value: float, gradient: Array) -> sqp.Evaluation:
@@ -253,11 +251,9 @@ class JointSearch:
         if not self._is_no_better(found.objective):
             self.best = found
 
-    def _path_from(
-        self, log_theta: Array, places: Places, near: Signals | None = None, is_glance: bool = False
-    ) -> "_Descent | None":
+    def _path_from(self, log_theta: Array, places: Places, near: Signals | None = None) -> "_Descent | None":
         """Return a descent that begins at the point found by `at`; None if there is none."""
-        point = self.at(log_theta, places, near, ALMOST, is_glance=is_glance)
+        point = self.at(log_theta, places, near, ALMOST)
         return _Descent(point, point.function.places) if point else None
 
     def _begin_with_kinks(self, start: Array) -> "_Descent | None":
@@ -270,22 +266,22 @@ class JointSearch:
         begins at the start of the relaxation. Descents of several signals always begin at that start, because for them
         the minimiser is too often near a worse minimum of J.
         """
-        glance = self._path_from(start, no_places(self.problem), is_glance=True)
+        glance = self.at(start, no_places(self.problem), None, ALMOST, is_glance=True)
         if glance is None:
             return None
-        mean = glance.point.function.mean
+        mean, places = glance.function.mean, glance.function.places
         if mean.contradicts or not mean.price:
-            return glance
+            return _Descent(glance, places)
         likely = np.minimum(mean.posterior.log_theta_with_noise(mean.signals), self.problem.space.log_upper)
         if self.steps and len(mean.signals) == 1:
-            program = JointProgram(self.problem, glance.places, mean.signals, glance.point.function.active)
+            program = JointProgram(self.problem, places, mean.signals, glance.function.active)
             curvature = mean.posterior.information + _OF_BOUNDS * np.eye(len(likely))
             found = program.minimise(likely, curvature, _FIRST, _PRECISE, sqp.FIRST_RADIUS)
             self.fits += 1
             there = self._path_from(found.x, program.met) if found else None
             if found and there and there.point.is_solution:
                 return replace(there, curvature=found.curvature)
-        return self._path_from(likely, glance.places)
+        return self._path_from(likely, places)
 
     def _fine_gain(self, point: Point) -> float:
         """Return the decrease of J, relative to 1 + |J|, below which a fine descent for a linear plant ends.
