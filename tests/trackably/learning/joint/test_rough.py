@@ -30,8 +30,8 @@ def test_small_violations_are_told_only_where_none_between_kinks_is_larger(seed)
     of = with_bounded_rate(samples, Prior(Matern32(0.4, 2.0), 0.002), 0.01, 0.5)
     begun = of.problem, of.posterior, no_places(of.problem)
     found, glance = (exchange_bounds(*begun, tolerance=3e-3, is_glance=is_glance) for is_glance in (False, True))
-    many, every = np.linspace(0.0, 3.9, 4000), of.plant.quantities
-    least = min(q.margin(found.mean.signals, many).min() / q.bounds.width for q in every)
+    many = np.linspace(0.0, 3.9, 4000)
+    least = min(q.margin(found.mean.signals, many).min() / q.bounds.width for q in of.plant.quantities)
     assert -3e-3 <= found.margin <= least + 1e-4
     assert sum(map(len, glance.places)) < 0.8 * sum(map(len, found.places))  # it leaves out places that hardly matter
 
