@@ -77,12 +77,12 @@ class RowSystem:
         both[self.samples] = -self.part.solve(times(self.blocks, both)[0, self.samples])
         return np.asarray(times(self.blocks, both)[0, self.rows])
 
-    def solver(self, active: Flags, jitter: Array | float) -> Callable[[Array], Array] | None:
+    def solver(self, active: Flags, jitter: Array | float) -> Callable[[Array], tuple[Array, Array]] | None:
         """Return the function that solves (K⁺_AA + D) x = b for b (m,), with the covariance K⁺_AA of m `active` rows.
 
-        D has `jitter` times the prior variances of these rows on its diagonal. All other rows get noise so large that
-        they do not count. Return None if the covariance of samples and rows with noise is not positive definite in
-        float64.
+        It returns x (m,) and the products K⁺ x for all rows (r,). D has `jitter` times the prior variances of these
+        rows on its diagonal. All other rows get noise so large that they do not count. Return None if the covariance of
+        samples and rows with noise is not positive definite in float64.
         """
         variances = self._spread(np.where(active, jitter, _ABSENT) * self.variances)
         variances[self.samples] = noise_variance(self.part.prior, self.part.samples)
@@ -90,10 +90,11 @@ class RowSystem:
             return None
         rows = self.rows[active]
 
-        def solve(b: Array) -> Array:
+        def solve(b: Array) -> tuple[Array, Array]:
             right = np.zeros(len(variances))
             right[rows] = b
-            return np.asarray(factor.solve(right)[rows])
+            found = factor.solve(right)
+            return found[rows], (right - variances * found)[self.rows]
 
         return solve
 

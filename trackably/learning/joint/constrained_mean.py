@@ -25,14 +25,14 @@ from trackably.gp.joint import JointPosterior
 from trackably.gp.row_posterior import RowPosterior, has_system
 from trackably.gp.signal import KernelSum
 from trackably.learning.joint.dual import solve_dual, solve_symmetric, system_multipliers
-from trackably.learning.joint.interior import interior_multipliers
-from trackably.learning.joint.places import Demands, Places, demands, flags
+from trackably.learning.joint.places import Demands, Places, demands
 from trackably.learning.joint.sequential import FormulaProgram
 from trackably.learning.problem import ActiveBound, ConstrainedProblem
 from trackably.systems.trajectories import Signals
 from trackably.work import done
 
 _CORRECTIONS = 5  # most corrections of the multipliers of one function
+_MISSED = 1e-9  # part of a width: a row that violates its bound by more is active, and joins the working set
 _MET = 1e-10  # part of a width: corrections end at smaller residuals; the first back-off (tightening) is 1e-6
 # Parts of the rows' variances, added to the diagonal of their covariance K⁺: tried in turn until a factor exists.
 _JITTERS = 1e-12, 1e-10, 1e-8
@@ -91,12 +91,12 @@ class ConstrainedMean:
             return solve_symmetric(self.given.covariance[np.ix_(active, active)], right)
         solvers = (self.given.system.solver(self.multipliers != 0, part) for part in _JITTERS)
         solve = next(filter(None, solvers), None)
-        return np.zeros(len(active)) if solve is None else solve(right)
+        return np.zeros(len(active)) if solve is None else solve(right)[0]
 
     @property
     def active_bounds(self) -> tuple[ActiveBound, ...]:
         """The bounds with λ_a ≠ 0, each with its cost λ_a (b_a − L_a m⁺) for the limit b_a of its row; the sum is D."""
-        return tuple(self._active_bound(a) for a in np.flatnonzero(self.multipliers))
+        return tuple(self._active_bound(a) for a in np.flatnonzero(self.multipliers).tolist())
 
     @property
     def most_influential(self) -> tuple[ActiveBound, ...]:
@@ -106,11 +106,11 @@ class ConstrainedMean:
         """
         moves = np.abs(self.multipliers) * np.sqrt(np.maximum(self.given.covariance.diagonal(), 0.0))
         by_size = np.argsort(-moves, kind="stable")
-        return tuple(self._active_bound(a) for a in by_size if moves[a] > _NEGLIGIBLE * np.max(moves))
+        return tuple(self._active_bound(a) for a in by_size.tolist() if moves[a] > _NEGLIGIBLE * np.max(moves))
 
-    def _active_bound(self, a: np.intp) -> ActiveBound:
+    def _active_bound(self, a: int) -> ActiveBound:
         price = self.multipliers[a] * (self.demanded.limits[a] - self.given.mean[a])
-        return ActiveBound(*self.demanded.labels[a], self.multipliers[a].item(), price.item())
+        return ActiveBound(*self.demanded.label(a), self.multipliers[a].item(), price.item())
 
     @property
     def rise(self) -> float:
@@ -139,17 +139,17 @@ def constrained_mean(
     signals `near`, by default the posterior means; None if none is found. Giving the places whose bounds are probably
     `active` saves work. Raises IllConditioned if K + σ_n² I has no Cholesky factor.
     """
-    likely = None if active is None else np.append(flags(places, active), np.zeros(len(problem.required), dtype=bool))
     at = posterior.signals if near is None else near
     if is_linear(problem):
-        return mean_meeting(posterior, demands(problem, places, at), likely)
-    found = FormulaProgram.of(problem, posterior, places).minimiser_near(at)
-    if found is None:
-        return None
-    demanded = demands(problem, places, found)
-    is_near = demanded.rows.values(found) < demanded.limits + _NEAR * demanded.widths
-    rows = np.flatnonzero(is_near | demanded.is_equation)
-    return mean_meeting(posterior, demanded.among(rows), None if likely is None else likely[rows])
+        demanded = demands(problem, places, at)
+    else:
+        found = FormulaProgram.of(problem, posterior, places).minimiser_near(at)
+        if found is None:
+            return None
+        every = demands(problem, places, found)
+        is_near = every.rows.values(found) < every.limits + _NEAR * every.widths
+        demanded = every.among(np.flatnonzero(is_near | every.is_equation))
+    return mean_meeting(posterior, demanded, None if active is None else demanded.flags(active))
 
 
 def is_linear(problem: ConstrainedProblem) -> bool:
@@ -167,9 +167,7 @@ def mean_meeting(posterior: JointPosterior, demanded: Demands, likely: Flags | N
     given = RowPosterior(posterior, demanded.rows)
     gap = demanded.limits - given.mean
     if given.system and not demanded.is_equation.any():
-        multipliers = system_multipliers(given.system, gap, likely)
-        if multipliers is None:
-            multipliers = interior_multipliers(given.system, gap)
+        multipliers = system_multipliers(given.system, gap, _MISSED * demanded.widths, likely)
         if multipliers is not None:
             return ConstrainedMean(given, demanded, multipliers, float(multipliers @ gap), contradicts=False)
     dual = solve_dual(given.covariance, gap, demanded.is_equation, likely, given.rounding)
@@ -178,7 +176,6 @@ def mean_meeting(posterior: JointPosterior, demanded: Demands, likely: Flags | N
     return ConstrainedMean(given, demanded, dual.multipliers, dual.value, dual.contradicts)
 
 
-_MISSED = 1e-9  # relative to the bounds' width: a row that violates its bound by more joins the working set
 _MAX_ROUNDS = 30  # most programs with the working set's rows only; then follows one with all rows
 
 
@@ -194,8 +191,6 @@ class WorkingSet:
     demanded: Demands
     chosen: Flags
     _active: Flags | None = None
-    _own: Demands | None = None
-    """The demands of the chosen rows; kept until a row is added, because the object caches the order of its terms."""
 
     def mean_for(self, posterior: JointPosterior) -> ConstrainedMean | None:
         """Return the function that meets the `demanded` limits of all rows; None if float64 cannot compute it.
@@ -209,8 +204,7 @@ class WorkingSet:
         for _ in range(_MAX_ROUNDS):
             rows = np.flatnonzero(self.chosen)
             likely = None if self._active is None else self._active[rows]
-            self._own = self._own or self.demanded.among(rows)
-            found = mean_meeting(posterior, self._own, likely)
+            found = mean_meeting(posterior, self.demanded.among(rows), likely)
             if found is None or found.contradicts:
                 return found
             self._active = np.zeros_like(self.chosen)
@@ -218,7 +212,7 @@ class WorkingSet:
             added = self._misses(found)
             if not len(added):
                 return found
-            self.chosen[added], self._own = True, None
+            self.chosen[added] = True
         return mean_meeting(posterior, self.demanded)
 
     def _misses(self, found: ConstrainedMean) -> npt.NDArray[np.intp]:

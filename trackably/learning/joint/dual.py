@@ -16,14 +16,16 @@ import scipy
 
 from trackably.arrays import Array, Flags
 from trackably.gp.row_system import RowSystem
+from trackably.learning.joint.interior import interior_multipliers
 from trackably.work import done
 
 _MOST_EXCHANGES, _MOST_STEPS = 60, 30  # most exchanges of blocks; most steps with single variables per variable
 _PATIENCE = 3  # block exchanges allowed without a decrease of the number of variables with x < 0 or y < 0
 _ROUNDING = 2 * float(np.finfo(float).eps)  # relative to Σ|x| + |b|: y = G x − b counts as zero above minus this
-# For a system of many rows: the part of a row's variance that is added to the diagonal of K⁺; the parts of the largest
-# demand up to which inactive and active rows may miss theirs. Rows that contradict each other miss them by far more.
-_SYSTEM_JITTER, _EXACT, _MET = 1e-13, 1e-10, 1e-6
+# For a system of many rows: the part of a row's variance that is added to the diagonal of K⁺; the part of the largest
+# demand up to which active rows may miss theirs. Rows that contradict each other miss them by far more.
+_SYSTEM_JITTER, _MET = 1e-13, 1e-6
+_SMALL = 1e-6  # part of the largest multiplier of a system: smaller negative ones count as zero
 _MOST_OF_SYSTEM = 20  # most exchanges for a system: an interior point method takes as long as so many
 
 
@@ -34,51 +36,57 @@ def nonnegative_minimum(G: Array, b: Array, likely: Flags | None = None) -> Arra
     submatrix has no Cholesky factor, and RuntimeError if the minimum is not found in float64.
     """
 
-    def solve(positive: Flags) -> Array:
-        _, x, not_positive = scipy.linalg.lapack.dposv(G[positive][:, positive], b[positive], lower=1)
+    def solve(positive: Flags) -> tuple[Array, Array]:
+        x = np.zeros(len(b))
+        _, x[positive], not_positive = scipy.linalg.lapack.dposv(G[positive][:, positive], b[positive], lower=1)
         if not_positive:
             raise np.linalg.LinAlgError("a submatrix of the dual program has no Cholesky factor in float64")
-        return np.asarray(x)
+        return x, G @ x
 
-    found = _pivot(solve, lambda x: G @ x, b, likely)
+    found = _pivot(solve, b, likely)
     return _by_single_steps(G, b) if found is None else found
 
 
-def system_multipliers(system: RowSystem, demand: Array, likely: Flags | None = None) -> Array | None:
-    """Return the λ ≥ 0 (r,) that maximise 2 λᵀ d − λᵀ K λ for d = `demand` (r,), where the `system` solves with K.
+def system_multipliers(system: RowSystem, demand: Array, tolerance: Array, likely: Flags | None = None) -> Array | None:
+    """Return the λ ≥ 0 (r,) that maximise 2 λᵀ d − λᵀ K⁺ λ for d = `demand` (r,), where the `system` solves with K⁺.
 
-    K is the posterior covariance of many rows, linear functionals of a function. The search starts with the rows whose
-    multipliers are `likely` to be positive, flags (r,). None if λ is not found in float64.
+    K⁺ is the posterior covariance of many rows, linear functionals of a function.
+
+    Inactive rows may miss their demands by the `tolerance` (r,): rows whose multipliers are nearly zero would otherwise
+    be exchanged to and fro. The search starts with the rows whose multipliers are `likely` to be positive, flags (r,).
+    If it fails, an interior point method follows. None if λ is not found in float64.
     """
     scale = np.sqrt(system.variances)
     if not np.all(scale > 0):
         return None
     wanted = demand / scale
-    exact = _EXACT * max(float(np.max(wanted)), 0.0)
 
-    def solve(positive: Flags) -> Array:
+    def solve(positive: Flags) -> tuple[Array, Array]:
         if (solver := system.solver(positive, _SYSTEM_JITTER)) is None:
             raise np.linalg.LinAlgError("samples and active rows have no Cholesky factor in float64")
-        return np.asarray(solver(demand[positive]) * scale[positive])
+        x = np.zeros(len(demand))
+        x[positive], products = solver(demand[positive])
+        return x * scale, products / scale
 
-    def product(x: Array) -> Array:
-        return np.asarray(system.product(x / scale) / scale)
+    def misses(x: Array) -> bool:
+        missed = np.abs(system.product(x / scale) / scale - wanted)[x != 0]
+        return bool(np.any(missed > _MET * float(np.max(np.abs(wanted)))))
 
     try:
-        found = _pivot(solve, product, wanted, likely, exact, _MOST_OF_SYSTEM)
+        found = _pivot(solve, wanted, likely, tolerance / scale, _SMALL, _MOST_OF_SYSTEM)
     except np.linalg.LinAlgError:
-        return None
-    if found is None or np.any(np.abs(product(found) - wanted)[found > 0] > _MET * float(np.max(np.abs(wanted)))):
-        return None
-    return found / scale
+        found = None
+    if found is None or misses(found):
+        found = interior_multipliers(system, scale, wanted)
+    return None if found is None else np.maximum(found, 0.0) / scale
 
 
 def _pivot(
-    solve: Callable[[Flags], Array],
-    product: Callable[[Array], Array],
+    solve: Callable[[Flags], tuple[Array, Array]],
     b: Array,
     likely: Flags | None,
-    exact: float = 0.0,
+    tolerance: Array | float = 0.0,
+    small: float = 0.0,
     most: int = _MOST_EXCHANGES,
 ) -> Array | None:
     """Return the x ≥ 0 with y = G x − b ≥ 0 and xᵀ y = 0; None if it is not found within `most` exchanges.
@@ -86,8 +94,9 @@ def _pivot(
     Block principal pivoting: the equations y = 0 are solved for the positive variables, and all variables with x < 0
     or y < 0 are exchanged together. If that does not help, single ones are exchanged (Júdice and Pires 1994: A block
     principal pivoting algorithm for large-scale strictly monotone linear complementarity problems, Computers and
-    Operations Research 21). The first positive variables are those that are `likely` so. `solve` returns the positive
-    variables, and `product` is G x. y counts as zero within the rounding error of G x, and within `exact`.
+    Operations Research 21). The first positive variables are those that are `likely` so. `solve` returns x for these
+    positive variables, and G x. y counts as zero within the rounding error of G x, and within the
+    `tolerance`; x counts as zero within the part `small` of its largest entry.
     """
     positive = np.zeros(len(b), dtype=bool) if likely is None else likely
     fewest, patience = len(b) + 1, _PATIENCE
@@ -95,10 +104,10 @@ def _pivot(
         done("part")
         x, y = np.zeros(len(b)), -b
         if positive.any():
-            x[positive] = solve(positive)
-            y = product(x) - b
-        rounding = np.maximum(_ROUNDING * (np.abs(x).sum() + np.abs(b)), exact)
-        wrong = np.where(positive, x < 0, y < -rounding)
+            x, products = solve(positive)
+            y = products - b
+        rounding = np.maximum(_ROUNDING * (np.abs(x).sum() + np.abs(b)), tolerance)
+        wrong = np.where(positive, x < -small * np.max(x, initial=0.0), y < -rounding)
         count = int(np.count_nonzero(wrong))
         if not count:
             return x

@@ -10,19 +10,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trackably.arrays import Array, Flags
+from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior
 from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import Constraint, joined, worst
 from trackably.learning.joint.constrained_mean import ConstrainedMean, constrained_mean, is_linear
-from trackably.learning.joint.places import LOWER, UPPER, MarginScan, Places, merge, places_of
+from trackably.learning.joint.places import MarginScan, Places, merge, near_to
 from trackably.learning.joint.sequential import with_regular
 from trackably.learning.problem import MANY_CONTACTS, ConstrainedProblem, gap_allowed
 from trackably.systems.trajectories import Signals
 
 # Limits of an exchange. A back-off tightens the bounds: a later, larger one removes small violations that are left.
 # Most programs in an exchange, for linear plants and for nonlinear ones: there, one is usual, and each takes long.
-MAX_ROUNDS, _MOST_WITH_FORMULAS = 40, 10
+_MAX_ROUNDS, _MOST_WITH_FORMULAS = 40, 10
+_GLANCE = 3  # most programs in an exchange that is only a glance
 # Functions may violate their bounds by this part of the width before a minimum is reached. Solutions with kinks or with
 # large rounding errors may do so too: a larger back-off (tightening of the bounds) removes these violations later.
 ALMOST = 3e-3
@@ -32,7 +33,7 @@ _MOST_JUMPS = 2  # the exchange ends after this many programs whose minimisers j
 _OF_BACKOFF = 0.25  # violations up to this part of a larger back-off (tightening) are left to be removed by it
 _CLOSE = 0.05  # part of a width: bounds on a smooth function are imposed at minima with smaller margins
 _HELD = 0.9  # part of the back-off: bounds on a function with kinks are imposed at times with smaller margins
-# Regular times between two samples at which margins of a function with kinks are examined, with a tolerance and without
+# Regular times between two samples at which margins of a function with kinks are examined, in a glance and otherwise
 _FEW_BETWEEN, _BETWEEN = 2, 10
 _FAR = 3.0  # a larger back-off is worth another search only if it exceeds the present one by more than this factor
 _NO_GAIN = 1e-9  # part of the price: if a program raises the price by less, violations are not worth another program
@@ -61,7 +62,7 @@ def exchange_bounds(
     near: Signals | None = None,
     tolerance: float = 0.0,
     ceiling: float = np.inf,
-    rounds: int = MAX_ROUNDS,
+    is_glance: bool = False,
 ) -> ExchangeResult | None:
     """Return the function that satisfies all bounds at all times of their index sets, or the last one of the exchange.
 
@@ -74,7 +75,8 @@ def exchange_bounds(
     - the price D (cost of the bounds) exceeds the `ceiling`, as more places would only raise it,
     - a round adds no place, or hardly raises D (without kinks),
     - a bound on a nonlinear formula is violated by more than a tenth of its width for the second time, or
-    - the number of `rounds` is reached, or with nonlinear formulas 10 if this is less.
+    - 40 programs are solved, with nonlinear formulas 10. If the exchange is only a glance (`is_glance`), 3 programs
+      with bounds at few times show about where they are active.
 
     None if not even the first program has a solution, which may happen with nonlinear formulas. Raises IllConditioned
     if K + σ_n² I has no Cholesky factor.
@@ -84,12 +86,12 @@ def exchange_bounds(
     price, same, is_convex = -np.inf, same_time(posterior.signals), is_linear(problem)
     is_rough = not is_smooth(problem)
     merges = is_convex and not is_rough
-    below, regular = _to_impose(problem, tolerance)
+    below, regular = _to_impose(problem, is_glance)
     if not is_convex:  # times of bounds, found for other hyperparameters, may be too far apart: add regular ones
         places = with_regular(problem, posterior, places)
-    kept = places if is_rough else None
-    for _ in range(rounds if is_convex else min(rounds, _MOST_WITH_FORMULAS)):
-        bent = constrained_mean(problem, posterior, places, near, kept)
+    kept: Places | None = None
+    for _ in range(_GLANCE if is_glance else _MAX_ROUNDS if is_convex else _MOST_WITH_FORMULAS):
+        bent = constrained_mean(problem, posterior, places, near, places if is_rough else kept)
         if bent is None:
             return best
         seen = MarginScan(problem.constraints, bent.signals)
@@ -104,7 +106,7 @@ def exchange_bounds(
         if least >= (-max(removed, tolerance or ALMOST) if is_rough else 0.0):
             minima = seen.with_overlooked(minima)
         margin, constraint, time = worst(minima)
-        kept = places_of(bent.active_bounds, [constraint.quantity.name for constraint in problem.constraints])
+        kept = bent.demanded.select(bent.multipliers != 0, len(problem.constraints))
         found = joined(minima, seen.at(regular)) if regular else minima
         new = at_steps(problem, seen.places(found, below), places, same)
         # Places with inactive bounds are dropped, unless this would go on for ever: with kinks, when D stays the same.
@@ -131,22 +133,20 @@ def exchange_bounds(
     return best
 
 
-def _to_impose(problem: ConstrainedProblem, tolerance: float) -> tuple[list[float], list[Array]]:
-    """Return, for each constraint, the margin below which the next program imposes it, and regular times to examine.
+def _to_impose(problem: ConstrainedProblem, is_glance: bool) -> tuple[list[float], list[Array]]:
+    """Return, for each constraint, the margin below which its bounds are imposed, and regular times to examine [s].
 
-    Margins are parts of a bound's width, at local minima and, if there are any, at regular times [s], equally spaced
-    ones. For smooth functions, which touch their bounds at single times, and for nonlinear formulas, there are none. A
-    function with kinks may be on a bound for a while: its bounds are imposed where the margin is below 0.9 of the
-    back-off. If hyperparameters are learned with a `tolerance`, there is a fifth of the regular times, and bounds are
-    imposed where they are violated by over half of the tolerance: otherwise, programs have two to three times as many
-    rows.
+    Margins are parts of a width. They are compared at local minima and, if there are regular times, at these too. A
+    smooth function touches its bounds at single times; formulas have regular times of their own (`with_regular`). A
+    function with kinks may be on a bound along whole stretches: there, bounds are imposed wherever the margin is below
+    0.9 of the back-off that programs demand. A glance examines a fifth of the regular times, and leaves out small
+    violations.
     """
     if is_smooth(problem) or not is_linear(problem):
         return [_CLOSE for _ in problem.constraints], []
     samples, constraints = problem.samples[0].times, problem.constraints
-    if tolerance > 0 and problem.prior.learned:
-        return [-tolerance / 2 for _ in constraints], _regular_times(samples, constraints, _FEW_BETWEEN)
-    return [_HELD * each.backoff for each in constraints], _regular_times(samples, constraints, _BETWEEN)
+    below = [-ALMOST / 2 if is_glance else _HELD * each.backoff for each in constraints]
+    return below, _regular_times(samples, constraints, _FEW_BETWEEN if is_glance else _BETWEEN)
 
 
 def _regular_times(samples: Array, constraints: Sequence[Constraint], count: int) -> list[Array]:
@@ -206,15 +206,6 @@ def _at_steps(constraint: Constraint, places: Array, known: Array, origin: float
     stay = near_to(known, moved, same) | (moved[:, 0] < first) | (moved[:, 0] > last)
     moved[stay] = places[stay]
     return moved
-
-
-def near_to(known: Array, places: Array, same: float) -> Flags:
-    """Return flags (n,): for each of `places` (n, 2), whether a `known` one of the same side is within `same` [s]."""
-    found = np.zeros(len(places), dtype=bool)
-    for side in (LOWER, UPPER):
-        times, own = np.append(np.sort(known[known[:, 1] == side, 0]), np.inf), places[:, 1] == side
-        found[own] = times[np.searchsorted(times, places[own, 0] - same)] <= places[own, 0] + same
-    return found
 
 
 def is_smooth(problem: ConstrainedProblem) -> bool:

@@ -22,16 +22,13 @@ _JITTER = 1e-13  # added to the diagonal of K, relative to the variance of a row
 _BACK = 0.995  # part of the longest step that keeps λ and s positive
 
 
-def interior_multipliers(system: RowSystem, demand: Array) -> Array | None:
-    """Return the λ ≥ 0 (r,) that maximise 2 λᵀ d − λᵀ K λ, for d = `demand` (r,) and the covariance K of the `system`.
+def interior_multipliers(system: RowSystem, scale: Array, d: Array) -> Array | None:
+    """Return the λ ≥ 0 (r,) that maximise 2 λᵀ d − λᵀ K λ for the covariance K of rows divided by their `scale` (r,).
 
-    They are the multipliers of r rows (linear functionals of a function) whose values have to exceed their posterior
-    means by d; λ_a = 0 if row a is inactive. None if the method does not converge in float64.
+    They are the multipliers of r rows (linear functionals of a function) whose values, divided by their scale, have to
+    exceed their posterior means by d (r,); λ_a = 0 if row a is inactive. `system` has the covariance of the undivided
+    rows. None if the method does not converge in float64.
     """
-    scale = np.sqrt(system.variances)
-    if not np.all(scale > 0):
-        return None
-    d = demand / scale
     size = float(np.max(d))
     if size <= 0:
         return np.zeros(len(d))
@@ -41,7 +38,7 @@ def interior_multipliers(system: RowSystem, demand: Array) -> Array | None:
         done("part")
         missed, mu = applied - d - slacks, float(multipliers @ slacks) / len(d)
         if mu <= _SMALL * size**2 and np.max(np.abs(missed)) <= _EXACT * size:
-            return np.where(multipliers > slacks, multipliers, 0.0) / scale
+            return np.where(multipliers > slacks, multipliers, 0.0)
         if (solve := system.solver(np.ones(len(d), dtype=bool), slacks / multipliers + _JITTER)) is None:
             return None
         step = partial(_newton_step, solve, scale, multipliers, slacks, missed)
@@ -57,7 +54,12 @@ def interior_multipliers(system: RowSystem, demand: Array) -> Array | None:
 
 
 def _newton_step(
-    solve: Callable[[Array], Array], scale: Array, multipliers: Array, slacks: Array, missed: Array, products: Array
+    solve: Callable[[Array], tuple[Array, Array]],
+    scale: Array,
+    multipliers: Array,
+    slacks: Array,
+    missed: Array,
+    products: Array,
 ) -> tuple[Array, Array, Array]:
     """Return the changes of λ, s and K λ after which, to first order, λ_a s_a are `products` and K λ − d − s is zero.
 
@@ -66,7 +68,7 @@ def _newton_step(
     """
     wanted = products / multipliers - slacks
     right = wanted - missed
-    by = solve(right * scale) * scale
+    by = solve(right * scale)[0] * scale
     return by, wanted - slacks / multipliers * by, right - (slacks / multipliers + _JITTER) * by
 
 

@@ -7,7 +7,6 @@ from bisect import bisect
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property as cached
-from itertools import accumulate
 from typing import NamedTuple
 
 import numpy as np
@@ -26,27 +25,22 @@ Places = tuple[Array, ...]
 """For each constraint an array (n, 2) of times [s] and sides: `LOWER` or `UPPER`."""
 
 
-class Label(NamedTuple):
-    """The bound that a row represents: the quantity's `name`, the `side` of the bound, and the `time` [s]."""
-
-    name: str
-    side: Side
-    time: float
-
-
 @dataclass(frozen=True)
 class Demands:
     """`rows`, weighted sums of signals, that have to be at least `limits`, or equal to them if `is_equation` holds.
 
     Arrays have shape (r,) for r rows. The row of an upper bound has the opposite sign. `widths` are the widths of the
-    bounds, relative to which violations are compared. `labels` have the name, the side and the time [s] of each row.
+    bounds, relative to which violations are compared. `places` (r, 2) has times [s] and sides. The row belongs to a
+    constraint or to a required value: `owner` is its index among the `names` of all of these, constraints first.
     """
 
     rows: Rows
     limits: Array
     is_equation: Flags
     widths: Array
-    labels: tuple[Label, ...]
+    places: Array
+    owner: npt.NDArray[np.intp]
+    names: tuple[str, ...]
 
     def among(self, chosen: npt.NDArray[np.intp]) -> "Demands":
         """Return only the rows with the increasing indices `chosen`, with their limits."""
@@ -55,19 +49,31 @@ class Demands:
             self.limits[chosen],
             self.is_equation[chosen],
             self.widths[chosen],
-            tuple(self.labels[a] for a in chosen.tolist()),
+            self.places[chosen],
+            self.owner[chosen],
+            self.names,
         )
 
+    def flags(self, among: Places) -> Flags:
+        """Return whether the place of each row is `among` those of its constraint, shape (r,)."""
+        found, number = np.zeros(len(self.limits), dtype=bool), np.array([1, 1j])  # time and side as one number
+        for i, known in enumerate(among):
+            own = self.owner == i
+            found[own] = np.isin(self.places[own] @ number, known @ number)
+        return found
 
-def select(places: Places, flags: Flags) -> Places:
-    """Return the places (times and sides) whose flag is true, for each constraint.
+    def select(self, chosen: Flags, constraints: int) -> Places:
+        """Return the places of the rows that are `chosen`, flags (r,), for each of this number of constraints."""
+        return tuple(self.places[chosen & (self.owner == i)] for i in range(constraints))
 
-    `flags` has an entry for each place, constraint by constraint, and then one for each required value.
-    """
-    ends = accumulate(map(len, places))
-    return tuple(
-        of_constraint[flags[end - len(of_constraint) : end]] for of_constraint, end in zip(places, ends, strict=True)
-    )
+    def label(self, a: int) -> tuple[str, Side, float]:
+        """Return the name, the side and the time [s] of the bound that row `a` represents."""
+        time, side = self.places[a].tolist()
+        return (
+            self.names[self.owner[a]],
+            "equal" if self.is_equation[a] else "lower" if side == LOWER else "upper",
+            time,
+        )
 
 
 def places_of(active: Sequence[ActiveBound], names: Sequence[str]) -> Places:
@@ -82,13 +88,6 @@ def places_of(active: Sequence[ActiveBound], names: Sequence[str]) -> Places:
     )
 
 
-def flags(places: Places, among: Places) -> Flags:
-    """Return, for each place (time and side), constraint by constraint, whether it is also in `among`: shape (r,)."""
-    known = [set(map(tuple, of_constraint.tolist())) for of_constraint in among]
-    pairs = zip(places, known, strict=True)
-    return np.array([tuple(place) in those for some, those in pairs for place in some.tolist()], dtype=bool)
-
-
 def merge(places: Places, new: Places, same: float) -> Places:
     """Return the union of `places` and `new` places (times and sides) for each constraint, sorted by time.
 
@@ -99,16 +98,23 @@ def merge(places: Places, new: Places, same: float) -> Places:
 
 def _unite(places: Array, new: Array, same: float) -> Array:
     """Return `places` (times and sides) and those of `new` that have no other one of their side within `same` [s]."""
-    known: dict[float, list[float]] = {LOWER: [], UPPER: []}
-    for time, side in sorted(places.tolist()):
-        known[side].append(time)
-    for time, side in new.tolist():
-        times = known[side]
+    added: dict[float, list[float]] = {LOWER: [], UPPER: []}
+    for time, side in new[~near_to(places, new, same)].tolist():
+        times = added[side]
         at = bisect(times, time)
         if all(abs(time - t) > same for t in times[max(at - 1, 0) : at + 1]):
             times.insert(at, time)
-    union = sorted((time, side) for side, times in known.items() for time in times)
-    return np.array(union).reshape(-1, 2)
+    union = np.concatenate([places, *([[time, side]] for side, times in added.items() for time in times)])
+    return union[np.lexsort(union.T[::-1])]
+
+
+def near_to(known: Array, places: Array, same: float) -> Flags:
+    """Return flags (n,): for each of `places` (n, 2), whether a `known` one of the same side is within `same` [s]."""
+    found = np.zeros(len(places), dtype=bool)
+    for side in (LOWER, UPPER):
+        times, own = np.append(np.sort(known[known[:, 1] == side, 0]), np.inf), places[:, 1] == side
+        found[own] = times[np.searchsorted(times, places[own, 0] - same)] <= places[own, 0] + same
+    return found
 
 
 class PlacedBounds(NamedTuple):
@@ -124,12 +130,6 @@ class PlacedBounds(NamedTuple):
     limits: Array
     width: float
     is_equation: bool = False
-
-    @property
-    def labels(self) -> list[Label]:
-        names: dict[float, Side] = {LOWER: "equal" if self.is_equation else "lower", UPPER: "upper"}
-        pairs = zip(self.sides.tolist(), self.times.tolist(), strict=True)
-        return [Label(self.name, names[side], time) for side, time in pairs]
 
 
 def placed_bounds(problem: ConstrainedProblem, places: Places) -> list[PlacedBounds]:
@@ -170,7 +170,9 @@ def demands(problem: ConstrainedProblem, places: Places, near: Signals) -> Deman
         np.concatenate([np.empty(0), *(of.limits for of in bounds)]),
         np.array([of.is_equation for of in bounds], dtype=bool)[owner],
         np.array([of.width for of in bounds])[owner],
-        tuple(label for of in bounds for label in of.labels),
+        np.concatenate([np.empty((0, 2)), *(np.column_stack([of.times, of.sides]) for of in bounds)]),
+        owner,
+        tuple(of.name for of in bounds),
     )
 
 

@@ -21,14 +21,13 @@ from trackably.learning import sqp
 from trackably.learning.joint.constrained_mean import WorkingSet, is_linear
 from trackably.learning.joint.exchange import (
     ALMOST,
-    MAX_ROUNDS,
     ExchangeResult,
     exchange_bounds,
     is_smooth,
     no_places,
     same_time,
 )
-from trackably.learning.joint.places import MarginScan, Places, demands, flags, merge, select
+from trackably.learning.joint.places import MarginScan, Places, demands, merge
 from trackably.learning.joint.sequential import (
     keep_off_short_times,
     keep_off_singularities,
@@ -67,7 +66,6 @@ _BACKOFFS = 0.1, 0.03, 0.01, 0.0  # bounds on nonlinear formulas are first tight
 _COARSE_GAIN, _FINE_GAIN = 1e-4, 1e-9
 _OF_GAP = 0.1  # part of `allowed_gap`: some descents end when a step can lower J by no more than this
 _EXACT = 1e-2  # a relaxation is minimised up to this part of the gain at which a descent ends
-_GLANCE = 3  # programs of the exchange that finds the first places of bounds, and the noise, for kernels with kinks
 _PRECISE = 1e-5  # relative to 1 + |J|: the relaxation with these places is minimised so precisely
 _OF_BOUNDS = 10.0  # its search starts as if this were the second derivative of the price of bounds in each ln θ
 _FEW_SAMPLES = 40  # with fewer samples, a descent takes only seconds
@@ -118,15 +116,13 @@ class JointProgram:
 
     @property
     def met(self) -> Places:
-        """Those of the `places` (times and sides) whose bounds were active or violated in evaluations so far."""
-        return select(self.places, self._working.chosen)
+        """The places (times and sides) of the rows that are `chosen` after the last evaluation (see `WorkingSet`)."""
+        return self._working.demanded.select(self._working.chosen, len(self.places))
 
     @cached_property
     def _working(self) -> WorkingSet:
         demanded = demands(self.problem, self.places, self.near)
-        begun = demanded.is_equation.copy()
-        begun[: sum(map(len, self.places))] = flags(self.places, self.active)
-        return WorkingSet(demanded, begun)
+        return WorkingSet(demanded, demanded.is_equation | demanded.flags(self.active))
 
 
 def _unconstrained(value: float, gradient: Array) -> sqp.Evaluation:
@@ -255,11 +251,9 @@ class JointSearch:
         if not self._is_no_better(found.objective):
             self.best = found
 
-    def _path_from(
-        self, log_theta: Array, places: Places, near: Signals | None = None, rounds: int = MAX_ROUNDS
-    ) -> "_Descent | None":
+    def _path_from(self, log_theta: Array, places: Places, near: Signals | None = None) -> "_Descent | None":
         """Return a descent that begins at the point found by `at`; None if there is none."""
-        point = self.at(log_theta, places, near, ALMOST, rounds=rounds)
+        point = self.at(log_theta, places, near, ALMOST)
         return _Descent(point, point.function.places) if point else None
 
     def _begin_with_kinks(self, start: Array) -> "_Descent | None":
@@ -272,22 +266,22 @@ class JointSearch:
         begins at the start of the relaxation. Descents of several signals always begin at that start, because for them
         the minimiser is too often near a worse minimum of J.
         """
-        glance = self._path_from(start, no_places(self.problem), rounds=_GLANCE)
+        glance = self.at(start, no_places(self.problem), None, ALMOST, is_glance=True)
         if glance is None:
             return None
-        mean = glance.point.function.mean
+        mean, places = glance.function.mean, glance.function.places
         if mean.contradicts or not mean.price:
-            return glance
+            return _Descent(glance, places)
         likely = np.minimum(mean.posterior.log_theta_with_noise(mean.signals), self.problem.space.log_upper)
         if self.steps and len(mean.signals) == 1:
-            program = JointProgram(self.problem, glance.places, mean.signals, glance.point.function.active)
+            program = JointProgram(self.problem, places, mean.signals, glance.function.active)
             curvature = mean.posterior.information + _OF_BOUNDS * np.eye(len(likely))
             found = program.minimise(likely, curvature, _FIRST, _PRECISE, sqp.FIRST_RADIUS)
             self.fits += 1
             there = self._path_from(found.x, program.met) if found else None
             if found and there and there.point.is_solution:
                 return replace(there, curvature=found.curvature)
-        return self._path_from(likely, glance.places)
+        return self._path_from(likely, places)
 
     def _fine_gain(self, point: Point) -> float:
         """Return the decrease of J = l + D, relative to 1 + |J|, below which the last descent for a linear plant ends.
@@ -448,18 +442,18 @@ class JointSearch:
         near: Signals | None,
         tolerance: float = 0.0,
         ceiling: float = np.inf,
-        rounds: int = MAX_ROUNDS,
+        is_glance: bool = False,
     ) -> Point | None:
         """Return l and the function that an exchange finds at ln θ = `log_theta`.
 
         None if l cannot be evaluated in float64, or no function is found. The exchange begins with bounds at these
-        `places` (times and sides) and with the signals `near`. It ends after this number of `rounds`, when violations
-        are below the `tolerance` (a part of a width), or when J exceeds the `ceiling`.
+        `places` (times and sides) and with the signals `near`. It ends when violations are below the `tolerance` (a
+        part of a width), or when J exceeds the `ceiling`. It may be only a glance (see `exchange_bounds`).
         """
         posterior = self.problem.posterior(log_theta)
         try:
             nlml, slope = posterior.negative_log_marginal_likelihood()
-            function = exchange_bounds(self.problem, posterior, places, near, tolerance, ceiling - nlml, rounds)
+            function = exchange_bounds(self.problem, posterior, places, near, tolerance, ceiling - nlml, is_glance)
         except IllConditioned:
             return None
         if function is None:

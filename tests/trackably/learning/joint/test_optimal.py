@@ -5,6 +5,7 @@ import pytest
 
 from tests.trackably.learning.joint import naive
 from tests.trackably.learning.joint.instances import ALL, Case, solved
+from trackably.learning.joint import dual
 from trackably.learning.joint.constrained_mean import WorkingSet, mean_meeting
 from trackably.learning.joint.exchange import exchange_bounds
 from trackably.learning.joint.places import LOWER, UPPER, Demands, demands
@@ -74,8 +75,10 @@ def both_sides(case: Case, times: np.ndarray) -> Demands:
 
 
 @pytest.mark.parametrize("name", ["matern32", "matern52", "matern72", "rough_axis"])
-def test_exchanges_of_blocks_among_many_rows_give_the_same_function(name):
+def test_exchanges_of_blocks_among_many_rows_give_the_same_function(name, monkeypatch):
     case, dense = ALL[name], solved(name).mean
+    if name != "rough_axis":  # its program is solved by the interior point method
+        monkeypatch.setattr(dual, "interior_multipliers", None)
     found = mean_meeting(case.posterior, both_sides(case, case.times))
     assert found.given.system
     assert found.price == pytest.approx(dense.price, rel=1e-7)
