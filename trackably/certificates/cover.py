@@ -43,7 +43,6 @@ _RATIOS = np.array([1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 13.0, 16
 
 def cover(
     draft: Draft,
-    reference: Reference,
     start: float,
     end: float,
     failure_at: Callable[[Bounded, float], Counterexample | Unproved | None],
@@ -55,8 +54,9 @@ def cover(
     undecided box with the smallest margin: if the margin is smaller than the stated error, no smaller box around this
     time can be accepted.
     """
+    reference = draft.reference
     shortest = min(signal.kernel.correlation_time for signal in reference.kernel_sums)
-    first = pairwise(_first_edges(draft, reference, start, end, shortest).tolist())
+    first = pairwise(_first_edges(draft, start, end, shortest).tolist())
     wanted = {ends: [*draft.quantities] for ends in first}
     kinks, accepted = _kinks(draft), {q.name: list[Box]() for q in draft.quantities}
     needs = FormulaNeeds.of(draft.certificate, list(draft.quantities))
@@ -73,7 +73,7 @@ def cover(
             done("part")
             if left:
                 undecided[box] = left
-        if (tightest := _tightest(draft, reference, undecided)) and (failure := failure_at(*tightest)):
+        if (tightest := _tightest(draft, undecided)) and (failure := failure_at(*tightest)):
             return failure
         refused = _refusals(draft, needs, undecided, halvings >= exact_from)
         for box, of in held.items():
@@ -115,17 +115,17 @@ def _refusals(
     return {box: names for box, names in again.items() if names}
 
 
-def _tightest(draft: Draft, reference: Reference, undecided: Iterable[Box]) -> tuple[Bounded, float] | None:
+def _tightest(draft: Draft, undecided: Iterable[Box]) -> tuple[Bounded, float] | None:
     """Return a quantity and the middle [s] of one of the boxes where float64 shows a margin below the stated error.
 
     Return None if there is no such box. Of several, choose the one with the smallest difference of margin and error.
     """
-    times, errors = np.array([*map(_middle, undecided)]), [[draft.errors[q.name]] for q in reference.quantities]
+    times = np.array([*map(_middle, undecided)])
     if not len(times):
         return None
-    left = Quantities(reference.quantities, reference.kernel_sums).margins(times) - errors
+    left = draft.margins(times)
     q, i = np.unravel_index(np.argmin(left), left.shape)
-    return (reference.quantities[q], float(times[i])) if left[q, i] < 0 else None
+    return (draft.reference.quantities[q], float(times[i])) if left[q, i] < 0 else None
 
 
 def _kinks(draft: Draft) -> Array:
@@ -156,7 +156,7 @@ def _divided(box: Box, kinks: Array) -> Iterable[tuple[float, float]]:
     return pairwise(sorted({box.start, min(inside, key=lambda t: abs(t - middle), default=middle), box.end}))
 
 
-def _first_edges(draft: Draft, reference: Reference, start: float, end: float, shortest: float) -> Array:
+def _first_edges(draft: Draft, start: float, end: float, shortest: float) -> Array:
     """Return the ends [s] of the boxes that are tried first, by repeated halving, with narrow boxes near centres.
 
     A box is not halved if no centre is closer than its width, as signals change slowly far from all centres. `shortest`
@@ -168,7 +168,7 @@ def _first_edges(draft: Draft, reference: Reference, start: float, end: float, s
     centres = np.sort(
         np.concatenate([np.subtract.outer(signal.centres, shifts).ravel() for signal in draft.subject.signals])
     )
-    edges = np.array([start, *Quantities(reference.quantities, ()).breakpoints_in(start, end), end])
+    edges = np.array([start, *Quantities(draft.reference.quantities, ()).breakpoints_in(start, end), end])
     while True:
         widths = np.diff(edges)
         near = np.searchsorted(centres, edges[1:] + widths) > np.searchsorted(centres, edges[:-1] - widths)
@@ -208,8 +208,7 @@ def discs(
             signal, kernel = subject.signals[s], reference.kernel_sums[s].kernel
             on_disc: Any = signal.kernel.largest_on_disc  # takes intervals of mpmath, and arrays of intervals
             centres, times = np.sort(signal.centres), middles + float(shift)
-            after = np.minimum(np.searchsorted(centres, times), len(centres) - 1)
-            nearest = np.minimum(np.abs(times - centres[after]), np.abs(times - centres[np.maximum(after - 1, 0)]))
+            nearest = np.abs(times - centres[np.searchsorted((centres[:-1] + centres[1:]) / 2, times)])
             if has_periodic_part(kernel):  # κ repeats: far from a centre, it need not be small
                 nearest = 0.0 * nearest
             bounds += on_disc(Floats.exact(nearest), Floats.exact(tried)).high

@@ -29,6 +29,7 @@ from trackably.checker.tail import check_decay
 from trackably.gp.kernels.base import Kernel, Product, Sum
 from trackably.gp.kernels.periodic import Periodic
 from trackably.systems.reference import Reference
+from trackably.systems.trajectories import Quantities
 
 TERMS = 16
 LATEST = 1e60
@@ -91,12 +92,13 @@ def has_periodic_part(kernel: Kernel) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class Draft:
-    """The subject of a certificate with its evaluation errors, before anything is claimed.
+    """The certificate of a reference with its evaluation errors, before anything is claimed.
 
     The bounds of `quantities` are tightened by these errors, which are infinite if the checker finds no bound of them.
     The `certificate` has no boxes.
     """
 
+    reference: Reference
     certificate: checked.Certificate
     quantities: tuple[Quantity, ...]
 
@@ -113,7 +115,7 @@ class Draft:
         certificate = checked.Certificate(as_subject(reference), *_NOTHING, until, errors, None)
         if formulas:
             errors |= _errors_of_formulas(reference, FormulaNeeds.of(certificate, free), formulas, times)
-        return cls(replace(certificate, errors=errors), tuple(_tighten(q, errors[q.name]) for q in free))
+        return cls(reference, replace(certificate, errors=errors), tuple(_tighten(q, errors[q.name]) for q in free))
 
     @classmethod
     def of_pieces(cls, reference: Reference, start: float, end: float) -> Self:
@@ -125,7 +127,7 @@ class Draft:
         until = min([LATEST, *(_COUNTED * signal.period for signal in reference.pieces if signal.beyond == "period")])
         found = piecewise.evaluation_errors(subject, Fraction(start), Fraction(end))
         errors = {name: nextafter(error.numerator / error.denominator, inf) for name, error in found.items()}
-        return cls(checked.Certificate(subject, *_NOTHING, until, errors, None), ())
+        return cls(reference, checked.Certificate(subject, *_NOTHING, until, errors, None), ())
 
     @property
     def subject(self) -> Subject:
@@ -149,6 +151,11 @@ class Draft:
     def has_bounded_errors(self) -> bool:
         """Whether a bound of each quantity's error is known."""
         return all(map(np.isfinite, self.errors.values()))
+
+    def margins(self, t: Array) -> Array:
+        """Return the float64 margins (Q, N) of Q quantities at t (N,) [s], beyond their errors of evaluation."""
+        of = Quantities(self.reference.quantities, self.reference.kernel_sums)
+        return of.margins(t) - [[self.errors[q.name]] for q in of.quantities]
 
     def check_sizes(self) -> None:
         """Raise FailedStepError if a number is outside of the range for which the analysis of rounding holds."""

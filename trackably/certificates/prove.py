@@ -6,9 +6,9 @@ before anything is handed out.
 
 import math
 from bisect import bisect_left
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property as cached
 
@@ -17,6 +17,7 @@ import numpy as np
 from trackably.certificates.certificate import TIME_TOLERANCE_OF_PIECES, Certificate
 from trackably.certificates.cover import cover
 from trackably.certificates.draft import TERMS, Draft, evaluated_until, last_examined, times_in
+from trackably.certificates.estimates import are_fast, first_settled
 from trackably.certificates.judge import judge
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.sketch import lowest_margins
@@ -44,8 +45,8 @@ _AT_ENDS = (
 # Most instants that are checked one by one; and two late times, in lengths of the window, when signals are near rest.
 _LATEST_STEP, _AT_REST, _FAR = 100_000, 1e3, 1e6
 _TRIED = 8  # number of times with the smallest margins at which a violation of a bound is sought
-# Most doublings of the distance, and number of times in each doubling, in the search for an earliest time.
-_DOUBLINGS, _BY_DOUBLING = 60, 100
+_DISTANCES = np.exp2(np.arange(6000) / 100)
+"""Distances, in half steps, that are tried for the start of a tail: a hundred for each doubling."""
 
 
 def prove(reference: Reference, claim: Claim | None = None) -> Outcome:
@@ -66,7 +67,9 @@ def prove(reference: Reference, claim: Claim | None = None) -> Outcome:
     in_time = nullcontext() if (seconds := seconds_left()) is None else watch(seconds, None)
     try:
         with in_time:  # functions of the checker end when the budget ends
-            return judge(_ProofProblem(reference, claim or (AllPhases() if all(repeat) else AllTimes())).outcome)
+            problem = _ProofProblem(reference, claim or (AllPhases() if all(repeat) else AllTimes()))
+            found = judge(proposed := problem.outcome)
+            return found if found is proposed else judge(replace(problem, may_estimate=False).outcome)
     except UndecidedError as error:
         if seconds_left() == 0:
             raise BudgetEnded from None
@@ -74,27 +77,13 @@ def prove(reference: Reference, claim: Claim | None = None) -> Outcome:
         return Unproved(first.name, first.bounds, (0.0, math.inf), 0.0, str(error))
 
 
-def _earliest(origin: float, step: float, holds: Callable[[float], bool]) -> float | None:
-    """Return about the earliest time [s] after `origin` at which `holds` is true; None if none is found.
-
-    Distances from half a step on are bisected on a logarithmic scale. Once `holds` is true, it must stay true at later
-    times.
-    """
-
-    def later(i: int) -> float:
-        return origin + step / 2 * math.exp2(i / _BY_DOUBLING)
-
-    every = range(_DOUBLINGS * _BY_DOUBLING)
-    i = bisect_left(every, True, key=lambda i: holds(later(i)))
-    return later(i) if i < len(every) else None
-
-
 @dataclass(frozen=True)
 class _ProofProblem:
-    """A `claim` about a reference, for which a proof is sought."""
+    """A `claim` about a reference, for which a proof is sought; estimates may save questions to the checker."""
 
     reference: Reference
     claim: Claim
+    may_estimate: bool = True
 
     @cached
     def window(self) -> float:
@@ -145,7 +134,7 @@ class _ProofProblem:
         failure = None if boxes_first else self.broken(start, end)
         if failure or at_instants:
             return failure or self._certificate(Steps(math.ceil(end / T)))
-        found = cover(self.draft, self.reference, start, end, self._failure_at)
+        found = cover(self.draft, start, end, self._failure_at)
         if isinstance(found, Failure):  # the time of the smallest margin says more than the first one that was found
             return (boxes_first and self.broken(start, end)) or found
         return self._certificate(Cover(start, end, found, TERMS))
@@ -179,6 +168,11 @@ class _ProofProblem:
                 return Unproved(bound.name, self.reference.quantity(bound.name).bounds, self.span, math.inf, _AT_ENDS)
         return None
 
+    @property
+    def is_estimated(self) -> bool:
+        """Whether float64 estimates the checker's answers about parts of the proof."""
+        return self.may_estimate and are_fast(self.draft)
+
     @cached
     def _tail_start(self) -> float | None:
         """Nearly the earliest time [s] after which the decay of the kernels keeps all bounds; None if none is found."""
@@ -186,7 +180,12 @@ class _ProofProblem:
             return None
         moving = [float(end) for quantity in self.reference.quantities for end in quantity.bounds.breakpoints[-1:]]
         origin = max(0.0, *moving, *(max(signal.centres) for signal in self.draft.subject.signals))
-        return _earliest(origin, self.reference.plant.sampling_time, self.draft.is_settled)
+        times = origin + self.reference.plant.sampling_time / 2 * _DISTANCES
+        if self.is_estimated:
+            i = first_settled(self.draft, times)
+        else:
+            i = bisect_left(times.tolist(), True, key=self.draft.is_settled)
+        return float(times[i]) if i < len(times) else None
 
     def _certificate(self, proof: Cover | Steps) -> Certificate:
         return Certificate(self.reference, self.claim, proof, dict(self.draft.errors), self.draft.certificate.until)

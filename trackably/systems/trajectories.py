@@ -65,7 +65,7 @@ class Functionals:
     def __call__(self, signals: Signals, t: Array) -> Array:
         """Return all F functionals at t [s]; the result has shape (F, *t.shape)."""
         found = self._offsets.reshape(-1, *(1,) * t.ndim) + np.zeros(t.shape)
-        for c, shifts, weights in self._weights:
+        for c, shifts, weights in self.weights:
             step = self.functionals[0].sampling_time
             shifted = signals[c](t + (shifts * step).reshape(-1, *(1,) * t.ndim))
             summed = weights @ shifted.reshape(len(shifts), -1)
@@ -75,7 +75,7 @@ class Functionals:
     def combined(self, gains: Array) -> list[tuple[int, Array]]:
         """Return Σ_i gains[i] q_i of the functionals q_i as pairs (c, w_c) of a signal's index and nonzero weights."""
         found = []
-        for c, shifts, weights in self._weights:
+        for c, shifts, weights in self.weights:
             w = np.zeros(shifts[-1] + 1)
             w[shifts] = gains @ weights
             if w.any():
@@ -87,7 +87,7 @@ class Functionals:
         return np.array([float(q.offset) for q in self.functionals])
 
     @cached_property
-    def _weights(self) -> list[tuple[int, Indices, Array]]:
+    def weights(self) -> list[tuple[int, Indices, Array]]:
         """For each signal c with a nonzero weight: c, the J shifts that F functionals need, and the weights (F, J)."""
         found = []
         for c, every in enumerate(zip(*(q.weights for q in self.functionals), strict=True)):
