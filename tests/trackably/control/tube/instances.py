@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from benchmarks.disturbed import near_bounds
+from pipeline.loops.disturbed import near_bounds
 from tests.trackably.systems.disturbance.instances import CART, EXAMPLE1, random_disturbed
 from trackably.control.controller import Controller
 from trackably.control.tube import TubeController
