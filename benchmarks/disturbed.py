@@ -14,7 +14,7 @@ import click
 import numpy as np
 
 from pipeline.experiments import load_experiments
-from pipeline.loops.disturbed import KINDS, controllers, disturbed_loop, start, violations
+from pipeline.loops.disturbed import KINDS, controllers, disturbed_loop, near_bounds, start, violations
 from pipeline.methods import ROBUST
 from pipeline.storage.archive import read_fit
 from pipeline.storage.results import Results
@@ -22,8 +22,6 @@ from trackably.certificates.certificate import Certificate
 from trackably.certificates.prove import prove
 from trackably.checker.certificate import Window
 from trackably.control.controller import shortest_horizon
-from trackably.gp.kernels.squared_exponential import SquaredExponential
-from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import Zonotope
 from trackably.systems.linear import LinearSystem
@@ -93,20 +91,6 @@ def random_case(seed: int, steps: int = 150) -> Case | None:
     if not isinstance(prove(robust, Window(0.0, last * 0.1)), Certificate):
         return None
     return Case(f"random {seed}", tightened, robust, horizon, steps)
-
-
-def near_bounds(plant: ConstrainedSystem, rng: np.random.Generator, steps: int, part: float) -> Reference:
-    """Return a reference whose values at the steps reach the given `part` of the way from zero to the first bound."""
-    step = plant.sampling_time
-    kernel, centres = SquaredExponential(1.0, 15 * step), step * np.arange(0.0, steps + 10.0, 12.0)
-    weights = [rng.standard_normal(centres.size) for _ in range(plant.signal_count)]
-    wild = Reference(tuple(KernelSum(kernel, 0.0, centres, w) for w in weights), plant)
-    k = np.arange(steps + 1.0)
-    used = max(
-        float(np.max(np.maximum(values @ bounded.rows.T / bounded.upper, values @ bounded.rows.T / bounded.lower)))
-        for values, bounded in ((wild.state(k), plant.state_set), (wild.input(k), plant.input_set))
-    )
-    return Reference(tuple(KernelSum(kernel, 0.0, centres, part / used * w) for w in weights), plant)
 
 
 def disturbed_runs(case: Case, steps: int) -> Counter[str]:

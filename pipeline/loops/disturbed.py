@@ -18,6 +18,8 @@ from trackably.control.references import TrackedReference
 from trackably.control.simulation import ClosedLoop, apply_fallback_for, simulate
 from trackably.control.stepping import Disturbances, Successor
 from trackably.control.tube import TubeController
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.signal import KernelSum
 from trackably.learning import learner
 from trackably.learning.joint.search import learn_from
 from trackably.systems.constrained import ConstrainedSystem
@@ -237,3 +239,17 @@ def _learned_for(
     nearby = replace(learner.JOINT, solve=partial(learn_from, (start,)), fallback=None)
     found = learn_certified(task.problem, plant, task.goal, learner=nearby)
     return found if isinstance(found, Certified) else None
+
+
+def near_bounds(plant: ConstrainedSystem, rng: np.random.Generator, steps: int, part: float) -> Reference:
+    """Return a reference whose values at the steps reach the given `part` of the way from zero to the first bound."""
+    step = plant.sampling_time
+    kernel, centres = SquaredExponential(1.0, 15 * step), step * np.arange(0.0, steps + 10.0, 12.0)
+    weights = [rng.standard_normal(centres.size) for _ in range(plant.signal_count)]
+    wild = Reference(tuple(KernelSum(kernel, 0.0, centres, w) for w in weights), plant)
+    k = np.arange(steps + 1.0)
+    used = max(
+        float(np.max(np.maximum(values @ bounded.rows.T / bounded.upper, values @ bounded.rows.T / bounded.lower)))
+        for values, bounded in ((wild.state(k), plant.state_set), (wild.input(k), plant.input_set))
+    )
+    return Reference(tuple(KernelSum(kernel, 0.0, centres, part / used * w) for w in weights), plant)

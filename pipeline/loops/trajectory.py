@@ -1,6 +1,6 @@
 """Closed loops over time: initial states, metrics, and the form in which loops are logged, read and drawn."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Self
 
@@ -119,6 +119,10 @@ class Course:
 
     def __getitem__(self, name: str) -> Array:
         return self.columns[name]
+
+    def together(self, names: Sequence[str], suffix: str = "") -> Array:
+        """Return the columns `names`, with the `suffix` added to each name, as an array of shape (K, len(names))."""
+        return np.stack([self.columns[name + suffix] for name in names], axis=-1)
 
     def until(self, step: int) -> Self:
         """Return the part of the course up to and including a step."""

@@ -4,27 +4,20 @@
 """
 
 import json
-from collections.abc import Sequence
 
 import numpy as np
 import pytest
 
 from pipeline.loops import disturbed as runs
-from pipeline.loops.trajectory import Course, by_reference
+from pipeline.loops.trajectory import by_reference
 from pipeline.storage.archive import read_stage
 from pipeline.storage.logs import below
 from pipeline.story import table_of_methods
 from tests.pipeline.committed import BY_NAME, EXPERIMENTS, RESULTS, content, fitted, loops
-from trackably.arrays import Array
 from trackably.checker import Proved, Refuted, check
 from trackably.control.controller import Controller
 from trackably.control.simulation import simulate
 from trackably.control.tube import TubeController
-
-
-def together(course: Course, names: Sequence[str]) -> Array:
-    return np.stack([course[name] for name in names], axis=-1)
-
 
 DISTURBED = pytest.mark.parametrize("name", [name for name, of in EXPERIMENTS.items() if of.disturbance])
 
@@ -100,7 +93,7 @@ def test_loops_have_a_plan_at_each_step_on_what_is_proved_and_their_log_holds_wh
             said, lost = counted[reference][start], course.infeasible
             assert len(lost) <= said["infeasible_steps"]
             assert said["first_infeasible_step"] in (None, *lost)
-            states, inputs = together(course, system.states), together(course, system.inputs)
+            states, inputs = course.together(system.states), course.together(system.inputs)
             moved = system.successor(states[:-1], inputs[:-1])
             np.testing.assert_allclose(moved, states[1:], atol=1e-12)
     if "online" in counted:
@@ -126,7 +119,7 @@ def test_robust_references_leave_room_and_disturbed_loops_on_them_break_nothing(
         # A loop that is given up has no input at its last step, and no row for it.
         assert said["steps_without_plan"] - len(course.infeasible) in {0, 1}
         assert said["first_step_without_plan"] in {None, *course.infeasible}
-        worst = np.min(EXPERIMENTS[name].plant.state_set.margin(together(course, states)[1:]))
+        worst = np.min(EXPERIMENTS[name].plant.state_set.margin(course.together(states)[1:]))
         assert worst == said["worst_state_margin"]
     ends, single = loops(name)["/disturbed_range"], below(loops(name), "disturbed_runs").values()
     for run in single:

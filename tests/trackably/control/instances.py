@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from benchmarks.disturbed import near_bounds
+from pipeline.loops.disturbed import near_bounds
 from tests.trackably.systems.disturbance.instances import random_disturbed
 from tests.trackably.systems.forms.instances import eight
 from trackably.control.controller import Controller
