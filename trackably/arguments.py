@@ -25,10 +25,12 @@ _SHORTENER.maxstring = 80  # most characters of a text, such as a cell of a file
 def short(value: object) -> str:
     """Return a value as a text in one line for messages: a decimal number as it was written.
 
-    Long lists and texts in it are shortened, and the whole text is cut after 200 characters.
+    Long lists and texts in it are shortened, and the whole text is cut after 200 characters, a number after 80.
     """
-    said = str(value) if isinstance(value, Decimal) else _SHORTENER.repr(value).replace("\n", " ")
-    return said if len(said) <= _LONGEST else f"{said[:_LONGEST]}…"
+    said, most = _SHORTENER.repr(value).replace("\n", " "), _LONGEST
+    if isinstance(value, Decimal):
+        said, most = str(value), _SHORTENER.maxstring
+    return said if len(said) <= most else f"{said[:most]}…"
 
 
 def real(what: str, given: object) -> float:

@@ -174,7 +174,7 @@ def _moving_bounds_are_broken(content: dict) -> bool:
 def _is_explained(content: dict) -> bool:
     """Whether a linear program finds a signal of the class."""
     of = read_contradicted(content).of
-    return Signals.of(of, (), 64).ends_at(of.samples.times[0]) is not None
+    return Signals.of(of, (), 64).extreme(of.samples.times[0], 1) is not None
 
 
 def attack_models(steps: int, seed: int) -> tuple[object, list[str]]:

@@ -79,7 +79,8 @@ def largest(given: JointTrajectory, order: int, side: int = 1) -> Fraction:
 
 def distance(of: SignalClass, x: float, at: float, cells: int = 4) -> float:
     """Return how far from x a signal of the class is at a time [s], by a linear program; 0 if it finds none."""
-    return max((abs(end - x) for end in Signals.of(of, (at,), cells).ends_at(at) or ()), default=0.0)
+    signals = Signals.of(of, (at,), cells)
+    return max(abs(found[0] - x) if (found := signals.extreme(at, sign)) else 0.0 for sign in (1, -1))
 
 
 def distances(found: Any, truth: TrueSignal, f: Callable[[Array], Array]) -> tuple[Array, Array, Array]:

@@ -416,7 +416,8 @@ def read_mcap(
     for name, of in signals.items():
         groups.setdefault((of.topic, of.time), {})[name] = of.column
     readings = {
-        (topic, time): Reading(repr(time), time.clock, of, repairs, origin) for (topic, time), of in groups.items()
+        (topic, time): Reading(f"time stamp {time.field}", time.clock, of, repairs, origin)
+        for (topic, time), of in groups.items()
     }
     if len({of.clock.absolute for of in readings.values()}) > 1:
         raise ValueError(
