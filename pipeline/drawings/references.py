@@ -128,6 +128,9 @@ def true_signals(
 
 
 _IN_A_CELL: Final = 17
+_ARROWS: Final = 8
+_ARROW: Final = 0.012
+"""The length of an arrow, as a part of the length of the path."""
 
 _BROKEN: Final = ((PURPLE, 0.45), (BLUE, 0.45), (PALE, 0.9), (NAVY, 0.35))
 """Colours and opacities that mark broken bounds, one for each quantity in their order."""
@@ -142,7 +145,7 @@ def path(
     truth: tuple[Array, Array] | None,
     units: Units,
 ) -> Figure:
-    """Draw references at `times` [s] in the `plane` of two states.
+    """Draw references at `times` [s] in the `plane` of two states, with arrows that show where they lead.
 
     The parts of the first reference that break a bound are marked. `samples` of both states are drawn if they were
     taken at the same times, and the true signal `truth` if it is known.
@@ -155,6 +158,7 @@ def path(
         axes.plot(*course.T, **style)
         if label == next(iter(references)):
             _mark_broken(axes, label, references[label], course, times)
+    _draw_direction(axes, list(courses.values())[-1])
     if len(samples) == 2 and np.array_equal(samples[0].times, samples[1].times):
         axes.plot(samples[0].values, samples[1].values, **SAMPLE | {"markersize": 4})
     axes.set(xlabel=axis_label(plane[0], units), ylabel=axis_label(plane[1], units))
@@ -178,6 +182,16 @@ def _mark_broken(axes: Axes, label: str, reference: Reference, course: Array, ti
                 (color, alpha), named = next(styles), f"{quantity.name.replace('_', ' ')} too {what} ({label})"
                 style: dict[str, Any] = {"color": color, "alpha": alpha, "linewidth": 7.0, "solid_capstyle": "butt"}
                 axes.plot(*marked.T, **style, zorder=2.0, label=named)
+
+
+def _draw_direction(axes: Axes, course: Array) -> None:
+    """Draw arrows along a path (n, 2), at equal distances."""
+    lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(course, axis=0), axis=1))])
+    style = {"arrowstyle": "-|>", "color": INK, "mutation_scale": 20, "linewidth": 0, "shrinkA": 0, "shrinkB": 0}
+    middles = (np.arange(_ARROWS) + 0.5) / _ARROWS * lengths[-1]
+    ends = ([np.interp(middles + side * _ARROW * lengths[-1], lengths, x) for x in course.T] for side in (-0.5, 0.5))
+    for tail, head in zip(*(np.transpose(of).tolist() for of in ends), strict=True):
+        axes.annotate("", head, tail, arrowprops=style, zorder=6)
 
 
 _MARKS: Final = "so^"
