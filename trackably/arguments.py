@@ -104,8 +104,10 @@ def numbers(what: str, given: npt.ArrayLike) -> Array:
     raise TypeError(f"{what}: expected numbers, got {short(given)}")
 
 
-def array(what: str, given: npt.ArrayLike, *shape: int | None) -> Array:
+def array(what: str, given: npt.ArrayLike, *shape: int | None, advice: str = "") -> Array:
     """Return finite numbers as a read-only array of the given `shape`, in which None stands for any size but 0.
+
+    The message about a number that is not finite ends with `advice`.
 
     TypeError as for `numbers`. ValueError: the shape differs, or a number is not finite.
     """
@@ -114,11 +116,11 @@ def array(what: str, given: npt.ArrayLike, *shape: int | None) -> Array:
         n == want or want is None for n, want in zip(found.shape, shape, strict=False)
     )
     if not fits or not found.size:
-        described = ", ".join("any" if want is None else str(want) for want in shape)
+        described = ", ".join("≥ 1" if want is None else str(want) for want in shape)
         raise ValueError(f"{what} must have shape ({described}{',' * (len(shape) == 1)}), got shape {found.shape}")
     if not np.all(is_finite := np.isfinite(found)):
         index = np.argwhere(~is_finite)[0].tolist()
-        raise ValueError(f"{what}{index or ''} must be finite, got {found[tuple(index)]}")
+        raise ValueError(f"{what}{index or ''} must be finite, got {found[tuple(index)]}{advice}")
     found.flags.writeable = False
     return found
 

@@ -58,7 +58,7 @@ WRONG = {
     "masked": (lambda: Samples([0, 1], np.ma.array([1.0, 2.0], mask=[1, 0])), "some values are masked"),
     "columns": (
         lambda: Samples([0, 1], [[1], [2]]),
-        "samples: values must have shape (any,), got shape (2, 1)",
+        "samples: values must have shape (≥ 1,), got shape (2, 1)",
     ),
     "nothing but NaN": (
         lambda: learn(samples=pd.Series([NAN, NAN], index=[0.0, 1.0])),
@@ -69,7 +69,10 @@ WRONG = {
         "samples: expected Samples(times, values), a mapping from names to such Samples, or a pandas table with "
         "times as its index, got tuple",
     ),
-    "endless": (lambda: Samples([0, INF, NAN], [0, 0, 0]), "samples: times[1] must be finite, got inf"),
+    "endless": (
+        lambda: Samples([0, INF, NAN], [0, 0, 0]),
+        "samples: times[1] must be finite, got inf; leave such samples out",
+    ),
     "no number": (lambda: system([[1, NAN], [0, 1]], [[0], [1]]), "A[0, 1] must be finite, got nan"),
     "too many": (lambda: Samples([0, 1], [0, 1, 2]), "samples: as many times as values are needed, got 2 and 3"),
     "repeated": (lambda: Samples([0, 1, 1], [0, 0, 0]), "times[2] = 1 s repeats times[1] = 1 s"),

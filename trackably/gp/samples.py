@@ -96,7 +96,8 @@ class Samples:
             object.__setattr__(self, "relative_noise", np.ones(np.shape(self.times)))
         instance("samples: stencil", self.stencil, Stencil | Stencils, "a Stencil, or Stencils")
         for name in ("times", "values", "relative_noise"):
-            object.__setattr__(self, name, array(f"samples: {name}", getattr(self, name), None))
+            given = array(f"samples: {name}", getattr(self, name), None, advice="; leave such samples out")
+            object.__setattr__(self, name, given)
         for name in ("values", "relative_noise"):
             if self.times.shape != getattr(self, name).shape:
                 what = name.replace("_", " ")
