@@ -217,7 +217,8 @@ def read_csv(
     Warns
     -----
     DoubtfulInputWarning
-        If rows are sorted or dropped because of their times, and the clock seems to start again.
+        If rows are sorted or dropped because of their times, and the clock seems to start again. If times lie after
+        the year 2100, as milliseconds do that are read as seconds since 1970.
 
     Raises
     ------

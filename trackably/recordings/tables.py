@@ -209,11 +209,14 @@ def check_signals(signals: Mapping[str, Any], wanted: type | UnionType, describe
         instance(f"signal {text('signals: name', name)!r}", of, wanted, described)
 
 
+_YEAR, _YEAR_2100 = 31556952, 4102444800  # [s], the latter since 1970
+
+
 def recording_of(*tables: tuple[Reading, Table]) -> Recording:
     """Return the recording of tables whose clocks count from one zero, with the same repairs and origin.
 
     Raises InputError. At the line that called the reader, warns if the clock seems to start again, and rows are sorted
-    or dropped because of that.
+    or dropped because of that, and of stamps after the year 2100.
     """
     reading, _ = tables[0]
     rows, repairs = [of.rows(table) for of, table in tables], chosen_repairs(reading.repairs)
@@ -223,7 +226,15 @@ def recording_of(*tables: tuple[Reading, Table]) -> Recording:
                 # shown at the line that calls the reader
                 warnings.warn(f"{timed.source}: {question}", DoubtfulInputWarning, stacklevel=3)
     repaired, absolute = [repair(read, repairs) for read in rows], reading.clock.absolute
-    zero = zero_of(reading.origin, absolute, min(map(first_stamp, repaired)))
+    first = min(map(first_stamp, repaired))
+    if absolute and first > _YEAR_2100:
+        year = 1970 + int(first / _YEAR)
+        warnings.warn(
+            f"{rows[0].source}: times begin in the year {year}: is their unit right?",
+            DoubtfulInputWarning,
+            stacklevel=3,
+        )
+    zero = zero_of(reading.origin, absolute, first)
     signals = {name: samples_since(zero, of, name) for of in repaired for name in of.values}
     cleanings = (Cleaning(of.source, len(read), of.findings) for read, of in zip(rows, repaired, strict=True))
     return Recording(signals, zero, tuple(cleanings), absolute)

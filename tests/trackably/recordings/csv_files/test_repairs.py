@@ -43,6 +43,8 @@ def test_repeats_become_one(tmp_path, repair, kept, word):
     assert recording.cleanings[0].findings[1:] == (Finding(f"time repeated, {word}", 2, "line 4"),)
 
 
-def test_sorting_warns_of_a_clock_that_starts_again(tmp_path):
+def test_doubtful_clocks_are_asked_about(tmp_path):
     with pytest.warns(DoubtfulInputWarning, match="at line 5 the clock seems to start again"):
         read(tmp_path / "a.csv", RESTART, repairs=["sort_rows"])
+    with pytest.warns(DoubtfulInputWarning, match="times begin in the year 56302: is their unit right"):
+        read(tmp_path / "a.csv", "t,x\n1714564800000,0\n", unit="epoch s")
