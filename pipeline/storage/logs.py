@@ -161,7 +161,9 @@ def _decoded(path: Path, data: bytes) -> Log:
     except (LookupError, TypeError, AttributeError, ValueError, OverflowError, struct.error) as error:
         raise InputError(f"{path}: not a log of this project: {error!r}") from error
     if again != data:
-        raise InputError(f"{path}: damaged, or written by another program: its content gives other bytes")
+        raise InputError(
+            f"{path}: damaged, or written by another program or another version of this one; run its stage again"
+        )
     return log
 
 
