@@ -28,9 +28,9 @@ class Row:
     """The result for the recording `name`, with the reason in a `sentence`.
 
     `request` is the SHA-256 of all data that the answer depends on: samples, plant, kernels, options and the library's
-    version. `files` holds the SHA-256 of each written file, by its name. For a proved reference, the other fields are
-    those of `TrackableReference`: misfits and hyperparameters are by name, in the units of the samples; `questions` are
-    the warnings. For a `StreamReference`, `method` is "stream", and there is no `price` (what the bounds cost).
+    version. `files` holds the SHA-256 of each written file, by its name; `questions` are the warnings. For a proved
+    reference, the other fields are those of `TrackableReference`: misfits and hyperparameters are by name, in the units
+    of the samples. For a `StreamReference`, `method` is "stream", and there is no `price` (what the bounds cost).
     """
 
     name: str

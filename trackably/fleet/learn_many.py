@@ -111,23 +111,30 @@ def answer(source: Source, request: Request, where: FleetFolder) -> Row:
     """
     kept = where.read_row(source.name)
     with _questions() as asked:
-        try:
-            measured = source.read()
-            samples = samples_by_name(measured.signals if isinstance(measured, Recording) else measured, request.plant)
-        except (InputError, ValueError, TypeError, OSError) as error:
-            row = Row(source.name, "unusable", str(error), _UNREAD)
-            return row if row == kept else where.write(row)
-        fingerprint = request.fingerprint(samples)
-        if kept is not None and kept.request == fingerprint:
-            return kept
-        try:
-            reference = request.learn_from(samples)
-        except NotTrackableError as failure:
-            row = Row(source.name, outcome_of(failure), str(failure), fingerprint)
-            is_refuted = isinstance(failure.outcome, Counterexample)
-            return where.write(row, **({"counterexample": failure.save_counterexample} if is_refuted else {}))
-        except (ValueError, ArithmeticError) as error:
-            return where.write(Row(source.name, "unusable", str(error), fingerprint))
+        row, files = _answer(source, request, kept)
+    if row is not kept:
+        row = dataclasses.replace(row, questions=tuple(asked))
+    return row if row == kept else where.write(row, **files)
+
+
+def _answer(source: Source, request: Request, kept: Row | None) -> tuple[Row, Mapping[str, Callable[[Path], object]]]:
+    """Return the row without its questions, and by their names functions that write its files; or the row `kept`."""
+    try:
+        measured = source.read()
+        samples = samples_by_name(measured.signals if isinstance(measured, Recording) else measured, request.plant)
+    except (InputError, ValueError, TypeError, OSError) as error:
+        return Row(source.name, "unusable", str(error), _UNREAD), {}
+    fingerprint = request.fingerprint(samples)
+    if kept is not None and kept.request == fingerprint:
+        return kept, {}
+    try:
+        reference = request.learn_from(samples)
+    except NotTrackableError as failure:
+        is_refuted = isinstance(failure.outcome, Counterexample)
+        row = Row(source.name, outcome_of(failure), str(failure), fingerprint)
+        return row, {"counterexample": failure.save_counterexample} if is_refuted else {}
+    except (ValueError, ArithmeticError) as error:
+        return Row(source.name, "unusable", str(error), fingerprint), {}
     row = Row(
         source.name,
         "proved",
@@ -138,12 +145,11 @@ def answer(source: Source, request: Request, where: FleetFolder) -> Row:
         misfit=reference.misfit,
         hyperparameters=reference.hyperparameters,
         fingerprint=reference.fingerprint,
-        questions=tuple(asked),
     )
     if isinstance(reference, TrackableReference):
         of_function = ("method", "objective", "price", "unconstrained_misfit")
         row = dataclasses.replace(row, **{name: getattr(reference, name) for name in of_function})
-    return where.write(row, certificate=reference.save_certificate, reference=reference.save)
+    return row, {"certificate": reference.save_certificate, "reference": reference.save}
 
 
 @contextmanager
