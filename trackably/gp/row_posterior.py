@@ -96,7 +96,7 @@ class RowPosterior:
         return tuple(of.stencil.combine(kernel.across(of.centres)) for kernel, of in pairs)
 
 
-_MANY = 200  # rows: for fewer, their dense covariance takes less time
+MANY_ROWS = 200  # rows: for fewer, their dense covariance takes less time
 
 
 def has_system(posterior: JointPosterior, count: int) -> bool:
@@ -104,4 +104,4 @@ def has_system(posterior: JointPosterior, count: int) -> bool:
 
     This needs many rows, a single process, and a kernel that is a sum of polynomials times e^(−λ|r|) (`decays`).
     """
-    return count >= _MANY and len(posterior.parts) == 1 and bool(posterior.prior.parts[0].kernel.decays)
+    return count >= MANY_ROWS and len(posterior.parts) == 1 and bool(posterior.prior.parts[0].kernel.decays)

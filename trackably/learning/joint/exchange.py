@@ -12,6 +12,7 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior
+from trackably.gp.row_posterior import MANY_ROWS, has_system
 from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import Constraint, joined, worst
 from trackably.learning.joint.constrained_mean import ConstrainedMean, constrained_mean, is_linear
@@ -33,7 +34,7 @@ _MOST_JUMPS = 2  # the exchange ends after this many programs whose minimisers j
 _OF_BACKOFF = 0.25  # violations up to this part of a larger back-off (tightening) are left to be removed by it
 _CLOSE = 0.05  # part of a width: bounds on a smooth function are imposed at minima with smaller margins
 _HELD = 0.9  # part of the back-off: bounds on a function with kinks are imposed at times with smaller margins
-# Regular times between two samples at which margins of a function with kinks are examined, in a glance and otherwise
+# Regular times between two samples at which margins of functions with kinks are examined, in coarse and other exchanges
 _FEW_BETWEEN, _BETWEEN = 2, 10
 _FAR = 3.0  # a larger back-off is worth another search only if it exceeds the present one by more than this factor
 _NO_GAIN = 1e-9  # part of the price: if a program raises the price by less, violations are not worth another program
@@ -86,7 +87,9 @@ def exchange_bounds(
     price, same, is_convex = -np.inf, same_time(posterior.signals), is_linear(problem)
     is_rough = not is_smooth(problem)
     merges = is_convex and not is_rough
-    below, regular = _to_impose(problem, is_glance)
+    # Row systems solve programs with all regular times in linear time. Other searches have fewer times until their end.
+    is_fast = has_system(posterior, MANY_ROWS) and not problem.required
+    below, regular = _to_impose(problem, is_glance or (tolerance > 0 and bool(problem.prior.learned) and not is_fast))
     if not is_convex:  # times of bounds, found for other hyperparameters, may be too far apart: add regular ones
         places = with_regular(problem, posterior, places)
     kept: Places | None = None
@@ -133,20 +136,20 @@ def exchange_bounds(
     return best
 
 
-def _to_impose(problem: ConstrainedProblem, is_glance: bool) -> tuple[list[float], list[Array]]:
+def _to_impose(problem: ConstrainedProblem, is_coarse: bool) -> tuple[list[float], list[Array]]:
     """Return, for each constraint, the margin below which its bounds are imposed, and regular times to examine [s].
 
     Margins are parts of a width. They are compared at local minima and, if there are regular times, at these too. A
     smooth function touches its bounds at single times; formulas have regular times of their own (`with_regular`). A
     function with kinks may be on a bound along whole stretches: there, bounds are imposed wherever the margin is below
-    0.9 of the back-off that programs demand. A glance examines a fifth of the regular times, and leaves out small
-    violations.
+    0.9 of the back-off that programs demand. A coarse exchange examines a fifth of the regular times, and leaves out
+    small violations.
     """
     if is_smooth(problem) or not is_linear(problem):
         return [_CLOSE for _ in problem.constraints], []
     samples, constraints = problem.samples[0].times, problem.constraints
-    below = [-ALMOST / 2 if is_glance else _HELD * each.backoff for each in constraints]
-    return below, _regular_times(samples, constraints, _FEW_BETWEEN if is_glance else _BETWEEN)
+    below = [-ALMOST / 2 if is_coarse else _HELD * each.backoff for each in constraints]
+    return below, _regular_times(samples, constraints, _FEW_BETWEEN if is_coarse else _BETWEEN)
 
 
 def _regular_times(samples: Array, constraints: Sequence[Constraint], count: int) -> list[Array]:
