@@ -69,7 +69,9 @@ def prove(reference: Reference, claim: Claim | None = None) -> Outcome:
         with in_time:  # functions of the checker end when the budget ends
             problem = _ProofProblem(reference, claim or (AllPhases() if all(repeat) else AllTimes()))
             found = judge(proposed := problem.outcome)
-            return found if found is proposed else judge(replace(problem, may_estimate=False).outcome)
+            if found is proposed or not problem.is_estimated:
+                return found
+            return judge(replace(problem, may_estimate=False).outcome)
     except UndecidedError as error:
         if seconds_left() == 0:
             raise BudgetEnded from None
@@ -181,9 +183,8 @@ class _ProofProblem:
         moving = [float(end) for quantity in self.reference.quantities for end in quantity.bounds.breakpoints[-1:]]
         origin = max(0.0, *moving, *(max(signal.centres) for signal in self.draft.subject.signals))
         times = origin + self.reference.plant.sampling_time / 2 * _DISTANCES
-        if self.is_estimated:
-            i = first_settled(self.draft, times)
-        else:
+        i = first_settled(self.draft, times) if self.is_estimated else len(times)
+        if i == len(times):  # that there is no tail is not left to estimates: without one, nothing is proposed
             i = bisect_left(times.tolist(), True, key=self.draft.is_settled)
         return float(times[i]) if i < len(times) else None
 

@@ -7,7 +7,6 @@ from pipeline.published.scalar import scalar
 from tests.pipeline.published import example1
 from tests.trackably.certificates import naive
 from tests.trackably.certificates.decoded import as_read, decode_certificate
-from tests.trackably.certificates.liars import telling
 from tests.trackably.certificates.references import unconstrained
 from tests.trackably.systems.instances import bounded
 from trackably.certificates.certificate import Certificate
@@ -98,7 +97,7 @@ def test_a_prior_mean_outside_is_refuted_far_out():
     assert found.time > 1e3
 
 
-def test_what_is_only_unproved_is_not_called_broken():
+def test_what_is_only_unproved_is_not_called_broken(monkeypatch):
     """The bound lies about as far above the largest value as float64 resolves. Wrong estimates change no answer."""
     learned = reference(SquaredExponential(1.0, 0.3))
     top = max(float(naive.exactly(learned, "state", t)) for t in naive.extremes(learned, "state", 0.0, 2.0))
@@ -106,8 +105,10 @@ def test_what_is_only_unproved_is_not_called_broken():
         tight = Reference(learned.signals, bounded(PLANT, state_set=Interval(-2.0, top + above)))
         found = prove(tight)
         assert isinstance(found, kind), found.explanation
-        with telling("every tail seems settled", np.random.default_rng(0)):
-            assert prove(tight) == found
+        for estimate in (0, 6000):  # every tail seems settled, and none
+            with monkeypatch.context() as patched:
+                patched.setattr("trackably.certificates.prove.first_settled", lambda *_, i=estimate: i)
+                assert prove(tight) == found
         if kind is Unproved:
             assert "float64 evaluation" in found.explanation
             assert 0 < found.shortfall < 1e-13
