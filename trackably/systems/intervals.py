@@ -43,9 +43,17 @@ def ends_shown(lower: float, upper: float) -> tuple[str, str]:
 
 
 def ends_within(lower: float, upper: float) -> tuple[str, str]:
-    """Format the two ends of a proved range, rounded inwards, with 12 digits, or as many as `ends_shown` uses."""
-    digits = max(12, _digits(lower, upper))
-    return rounded_text(lower, "up", digits), rounded_text(upper, "down", digits)
+    """Format the two ends of a proved range, rounded inwards, with as many digits as `ends_shown` uses.
+
+    An end is shown exactly if it has all these digits up to a rounding error, such as 0.30000000000000004.
+    """
+    digits = _digits(lower, upper)
+    return _inwards(lower, "up", digits), _inwards(upper, "down", digits)
+
+
+def _inwards(end: float, towards: Literal["up", "down"], digits: int) -> str:
+    shown, nearest = rounded_text(end, towards, digits), f"{end:.{digits}g}"
+    return repr(end) if shown != nearest and math.isclose(float(nearest), end) else shown
 
 
 def _digits(lower: float, upper: float) -> int:

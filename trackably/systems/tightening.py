@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
-from itertools import product
+from itertools import islice, product
 
 import numpy as np
 import scipy
@@ -33,6 +33,7 @@ LONGEST = 4000
 """Largest number of steps of a decay: an error that needs more steps counts as one that does not decay."""
 
 _DECAYED = 1e-7  # row · A_Kⁱ has decayed when its size is at most this part of its largest size
+_AT_ONCE = 50  # powers that are evaluated in one array; LONGEST is a multiple
 
 
 class NoInvariantSetError(ValueError):
@@ -57,13 +58,17 @@ def errors_reach(plant: ConstrainedSystem, K: Array, disturbance: DisturbanceSet
             "feedback: the eigenvalues of A + B K must lie inside the unit circle, but one has the size "
             f"{spectral_radius(A_K):.6g}; give another feedback="
         )
-    total, largest = np.zeros((2, len(both)))
-    for moved in powers(both, A_K):
-        sizes = np.max(np.abs(moved) * scales, axis=1)
-        largest, total = np.maximum(largest, sizes), total + disturbance.support(moved)
-        if np.all(sizes <= _DECAYED * largest):
-            break
-    return total[: len(rows)], total[len(rows) :]
+    steps, (total, largest) = powers(both, A_K), np.zeros((2, len(both)))
+    while True:
+        moved = np.array([*islice(steps, _AT_ONCE)])
+        sizes = np.max(np.abs(moved) * scales, axis=2)
+        reached = np.maximum.accumulate(np.vstack([largest, sizes]))[1:]
+        decayed = np.flatnonzero(np.all(sizes <= _DECAYED * reached, axis=1))
+        used = moved[: decayed[0] + 1] if decayed.size else moved
+        total = np.cumsum(np.vstack([total, disturbance.support(used)]), axis=0)[-1]  # in the order of the steps
+        if decayed.size:
+            return total[: len(rows)], total[len(rows) :]
+        largest = reached[-1]
 
 
 def powers(rows: Array, A_K: Array) -> Iterator[Array]:
