@@ -216,7 +216,8 @@ def _check_infeasible(of: Contradiction, system: LinearSystem, proof: Multiplier
         paid += sum(row.most for row in _cancelling(e, here, [row.row[n:] for row in here], "an input"))
     if not paid < constant:
         raise FailedStepError(
-            f"value: bounds and given values are not shown to contradict each other by `missing` = {of.missing!r}"
+            "value: the multipliers do not show that bounds and given values contradict each other if they are relaxed "
+            f"by the stated `missing` = {of.missing!r}"
         )
 
 

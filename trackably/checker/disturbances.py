@@ -258,14 +258,18 @@ class Errors:
 def _check_dimensions(robust: Robust, n: int, m: int) -> None:
     if [len(row) for row in robust.feedback] != [n] * m:
         raise FailedStepError(f"disturbance: K (`feedback`) must have {m} rows, for inputs, of {n} numbers, for states")
-    vectors = (*robust.set.vectors, *(robust.noise.vectors if robust.noise else ()))
-    if any(len(vector) != n for vector in vectors) or len(robust.box) != n:
+    vectors = (*robust.set.vectors, *(robust.noise.vectors if robust.noise else ()), robust.box)
+    if any(len(vector) != n for vector in vectors):
+        lengths = " and ".join(str(length) for length in sorted({*map(len, vectors)}))
         raise FailedStepError(
-            "disturbance: all vectors of W (`set`), V (`noise`) and P (`box`) must have an entry for each state"
+            "disturbance: all vectors of W (`set`), V (`noise`) and P (`box`) must have an entry for each state, "
+            f"{n} together, got vectors with {lengths} entries"
         )
-    if (robust.state_set.dimension, robust.input_set.dimension) != (n, m):
+    dimensions = robust.state_set.dimension, robust.input_set.dimension
+    if dimensions != (n, m):
         raise FailedStepError(
-            f"disturbance: X (`state_set`) and U (`input_set`) must have the dimensions of state and input, {n} and {m}"
+            "disturbance: X (`state_set`) and U (`input_set`) must have the dimensions of state and input, "
+            f"{n} and {m}, got {dimensions[0]} and {dimensions[1]}"
         )
     if not 0 <= robust.contraction < 1 or min(robust.box) < 0:
         raise FailedStepError(

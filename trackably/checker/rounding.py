@@ -197,9 +197,9 @@ class FormulaNeeds:
 
     @classmethod
     def of(cls, certificate: Certificate, quantities: list[Quantity]) -> "FormulaNeeds":
-        """Return what is needed to bound the rounding errors of these quantities.
+        """Return the stated errors, those of all arguments of formulas, and the number of roundings of a weighted sum.
 
-        `of_arguments` is empty if all of them are linear combinations of signals, because they have no formulas.
+        There are no arguments if all of these quantities are linear combinations of signals, without formulas.
         """
         subject = certificate.subject
         arguments = {name: argument for q in quantities for name, argument in q.arguments.items() if name != ITSELF}

@@ -275,7 +275,10 @@ def contradiction_of(found: ContradictedSamples) -> tuple[Fraction, Fraction, Fr
 
 
 def _integral(points: _Powers, jumps: _Powers) -> Fraction:
-    """Return ∫ |Σ μ max(t − s, 0) + Σ_(s_j > s) ν| ds for pairs (μ, t) and (ν, s_j)."""
+    """Return the integral over s of |Σ_i μ_i max(t_i − s, 0) + Σ_(s_j > s) ν_j|, exactly.
+
+    It begins at the first of the times t_i and s_j. `points` are the pairs (μ_i, t_i), `jumps` the pairs (ν_j, s_j).
+    """
     found = Fraction(0)
     for a, b in pairwise(sorted({t for _, t in (*points, *jumps)})):
         step = exact_sum(m for m, t in jumps if t >= b)

@@ -172,7 +172,10 @@ def _in_order(times: Array, margins: Array) -> TimesAndMargins:
 
 
 def _grid_intervals(length: float, kernels: Sequence[Kernel]) -> int:
-    """Return the number of grid intervals for a window of this `length` [s]."""
+    """Return into how many equal intervals a window of this `length` [s] is divided to search for local minima.
+
+    The number grows with the window's length in correlation times of the fastest kernel, within limits.
+    """
     wanted = _POINTS_PER_CORRELATION_TIME * length / min(kernel.correlation_time for kernel in kernels)
     return int(np.clip(wanted, _FEWEST_POINTS, _MOST_POINTS))
 

@@ -413,7 +413,11 @@ class Signals(Courses):
 
     @classmethod
     def of(cls, of: SignalClass, also: tuple[float, ...] = (), cells: int = 4) -> Self:
-        """Return signals with knots at all measurements, at the times `also`, and `cells` − 1 between two of these."""
+        """Return the signals of the class `of` that are polynomials between two knots, for linear programs.
+
+        Knots are the times of the class's samples and rates, the times `also` [s], and `cells` − 1 times between two
+        neighbours of these, fewer if there are many.
+        """
         every = [of.samples, *([of.rates] if of.rates else [])]
         own = np.unique([*also, *(t for measured in every for t in measured.times)])
         knots = subdivide(own, max(1, min(cells, _KNOTS // max(1, len(own)))))

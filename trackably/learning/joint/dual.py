@@ -201,7 +201,11 @@ def _norms(covariance: Array) -> Array:
 
 
 def _contradicts(K: Array, d: Array, is_equation: Flags, jitter: Array, found: Array) -> bool:
-    """Whether the dual value for the multipliers `found` with this `jitter` (r,) shows that rows contradict."""
+    """Whether the multipliers `found` (r,) show that no δ has L_i δ ≥ d_i, or = d_i where `is_equation`, for all rows.
+
+    K (r, r) is the covariance of the rows, to whose diagonal this `jitter` (r,) was added. If rows contradict each
+    other, only the jitter bounds the dual value Σ_i λ_i d_i, which then falls much if the jitter is larger.
+    """
     value = float(found @ d)
     if np.max(jitter * np.abs(found), initial=0.0) <= _MISSED * np.sqrt(max(value, 0.0)):
         return False

@@ -337,10 +337,10 @@ class JointSearch:
         return program.minimise(start, None, np.inf, _COARSE_GAIN)
 
     def begin(self, log_theta: Array) -> Point | None:
-        """Return the best function for these hyperparameters, searched from each of the signals of `starts_for`.
+        """Return the point ln θ = `log_theta` with the function of least J = l + D that is found for it.
 
-        None if no function is found. A brief search returns the first function found, and tries the posterior means
-        last.
+        The function is sought from each of several initial signals (`starts_for`). None if none is found. A brief
+        search (`is_brief`) ends with the first function found, and begins at the posterior means last.
         """
         starts = starts_for(self.problem, self.problem.posterior(log_theta))
         one_by_one = [[start] for start in (*starts[1:], *starts[:1])]
